@@ -1,0 +1,91 @@
+"""How atomic processes are executed, as the ontology declares it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from kb.ontology import Ontology
+from kb.processes import Process
+from kb.vocabulary import Kind, Property
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Field:
+    """One field of a request or reply.
+
+    The value is a file of the site (`file`), or that of a parameter: the message or individual itself,
+    a property of the individual (`of_property`), or the name of its most specific class (`kind_of`).
+    """
+
+    name: str
+    message_type: str
+    parameter: str | None
+    of_property: str | None
+    kind_of: bool
+    file: Path | None
+    optional: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grounding:
+    """The service that executes an atomic process.
+
+    Attributes:
+        service: Name of the service; `{robot}` stands for the robot's name.
+        on_robot: Whether the robot offers it; else it is a compute service.
+        duration_s: How long it is expected to take.
+    """
+
+    name: str
+    process: str
+    service: str
+    on_robot: bool
+    timeout_s: float
+    duration_s: float
+    request: tuple[Field, ...]
+    reply: tuple[Field, ...]
+
+
+def read_groundings(ontology: Ontology, processes: dict[str, Process], site_folder: Path) -> dict[str, Grounding]:
+    """All groundings by the name of their process; shapes have checked that each is whole."""
+    groundings = {}
+    for kind in (Kind.ROBOT_GROUNDING, Kind.COMPUTE_GROUNDING):
+        for name in ontology.individuals(kind):
+            process = str(ontology.value(Property.GROUNDS, name))
+            groundings[process] = Grounding(
+                name=name,
+                process=process,
+                service=str(ontology.value(Property.SERVICE_NAME, name)),
+                on_robot=kind is Kind.ROBOT_GROUNDING,
+                timeout_s=_number(ontology, Property.TIMEOUT_S, name),
+                duration_s=_number(ontology, Property.DURATION_S, process),
+                request=_fields(ontology, Property.HAS_REQUEST_FIELD, name, site_folder),
+                reply=_fields(ontology, Property.HAS_REPLY_FIELD, name, site_folder),
+            )
+    return groundings
+
+
+def _fields(ontology: Ontology, prop: Property, grounding: str, site_folder: Path) -> tuple[Field, ...]:
+    fields = []
+    for entity in map(str, ontology.values(prop, grounding)):
+        parameter = ontology.value(Property.MAPS_PARAMETER, entity)
+        of_property = ontology.value(Property.OF_PROPERTY, entity)
+        file_name = ontology.value(Property.FILE_NAME, entity)
+        fields.append(
+            Field(
+                name=str(ontology.value(Property.FIELD_NAME, entity)),
+                message_type=str(ontology.value(Property.MESSAGE_TYPE, entity)),
+                parameter=None if parameter is None else str(ontology.value(Property.PARAMETER_NAME, str(parameter))),
+                of_property=None if of_property is None else str(of_property),
+                kind_of=ontology.value(Property.KIND_OF, entity) is True,
+                file=None if file_name is None else site_folder / str(file_name),
+                optional=ontology.value(Property.IS_OPTIONAL, entity) is True,
+            )
+        )
+    return tuple(sorted(fields, key=lambda f: f.name))
+
+
+def _number(ontology: Ontology, prop: Property, subject: str) -> float:
+    value = ontology.value(prop, subject)
+    return float(value) if isinstance(value, int | float) else 0.0

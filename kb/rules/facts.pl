@@ -1,0 +1,65 @@
+:- module(kb_facts,
+          [ load_facts/2,               % +Facts, -Count
+            drop_facts/2,               % +Revision, -Dict
+            tell/2,                     % +Fact, -Dict
+            kind/3,                     % ?Revision, ?Individual, ?Class
+            value/4,                    % ?Revision, ?Property, ?Subject, ?Value
+            fluent/4,                   % ?Revision, ?Property, ?Subject, ?Value
+            process/3,                  % ?Revision, ?Name, ?Kind
+            parameters/3,               % ?Revision, ?Name, ?Parameters
+            definition/4,               % ?Revision, ?Head, ?Frame, ?Body
+            precondition/3,             % ?Revision, ?Head, ?Condition
+            effect/4,                   % ?Revision, ?Head, ?Fluent, ?Value
+            duration/3,                 % ?Revision, ?Head, ?Duration
+            requires/3,                 % ?Revision, ?Name, ?Capability
+            agent/3                     % ?Revision, ?Head, ?Robot
+          ]).
+
+/** <module> The facts of the knowledge base, by revision
+
+Every fact carries the revision that it belongs to, so that several knowledge bases live side by side
+and a revision goes away whole. Facts come from kb/store.py alone; rules elsewhere are pure. Heads of
+processes are terms `Name(Argument, ...)` with the arguments in the order of their parameter numbers.
+
+  - definition(R, Head, Frame, Body): Body is the Golog program of a composite process; Frame stands
+    for the invocation, so that its locals are told apart from those of other invocations.
+  - duration(R, Head, Duration): `fixed(Milliseconds)` or `travel(Robot, Location, Milliseconds)`.
+  - fluent(R, Property, Subject, Value): what changes, as last told.
+*/
+
+:- dynamic
+    kind/3, value/4, fluent/4, process/3, parameters/3, definition/4, precondition/3, effect/4,
+    duration/3, requires/3, agent/3.
+
+%!  load_facts(+Facts:list, -Dict) is det.
+%
+%   Adds facts, each a callable term of one of the predicates above.
+
+load_facts(Facts, _{count: Count}) :-
+    forall(member(Fact, Facts), (fact(Fact), assertz(Fact))),
+    length(Facts, Count).
+
+fact(Fact) :-
+    functor(Fact, Name, Arity),
+    (   exported(Name/Arity)
+    ->  true
+    ;   throw(error(domain_error(fact, Fact), _))
+    ).
+
+exported(kind/3).       exported(value/4).      exported(fluent/4).       exported(process/3).
+exported(parameters/3). exported(definition/4). exported(precondition/3). exported(effect/4).
+exported(duration/3).   exported(requires/3).   exported(agent/3).
+
+%!  drop_facts(+Revision, -Dict) is det.
+
+drop_facts(Revision, _{}) :-
+    forall(( exported(Name/Arity), functor(Head, Name, Arity), arg(1, Head, Revision) ),
+           retractall(Head)).
+
+%!  tell(+Fact, -Dict) is det.
+%
+%   Fact is fluent(Revision, Property, Subject, Value): from now on, the property has this value.
+
+tell(fluent(Revision, Property, Subject, Value), _{}) :-
+    retractall(fluent(Revision, Property, Subject, _)),
+    assertz(fluent(Revision, Property, Subject, Value)).

@@ -1,0 +1,168 @@
+"""The knowledge base: loaded whole or not at all, asked, told.
+
+Files are read, checked, reasoned over and compiled before anything is replaced. What changes while
+robots work (fluents) is told to the store; it reaches the planner as single facts and never the
+reasoner.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+
+from kb import validation
+from kb.compiler import Compiler, Program
+from kb.errors import KnowledgeError
+from kb.files import SHIPPED, OntologyFiles, read_files
+from kb.groundings import Grounding, read_groundings
+from kb.ontology import Ontology, Value, close, fluent_properties
+from kb.problems import OntologyRejected, Problem
+from kb.processes import Process, read_processes
+from kb.prolog import Entry
+from kb.reasoner import classify
+from kb.terms import struct
+from kb.vocabulary import Kind
+
+_load_facts = Entry(search_path="kb_rules", file="facts", name="load_facts")
+_drop_facts = Entry(search_path="kb_rules", file="facts", name="drop_facts")
+_tell = Entry(search_path="kb_rules", file="facts", name="tell")
+_revisions = itertools.count(1)
+
+
+class UnknownSite(KnowledgeError, LookupError):
+    """There is no site of this name.
+
+    Attributes:
+        site: What was asked for.
+        known: The sites there are.
+    """
+
+    def __init__(self, site: str, known: list[str], folder: Path) -> None:
+        self.site, self.known = site, known
+        super().__init__(f"no site {site!r} in {folder / 'sites'}; there is {', '.join(known) or 'none'}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Snapshot:
+    """What was known at one moment; it does not change.
+
+    Attributes:
+        revision: Number of the loaded files.
+        state: How many facts had been told since.
+        fluents: Values of what changes, by (property, subject).
+    """
+
+    revision: int
+    state: int
+    site: str
+    ontology: Ontology
+    processes: Mapping[str, Process]
+    groundings: Mapping[str, Grounding]
+    fluents: Mapping[tuple[str, str], Value]
+    compiler: Compiler
+
+    def value(self, prop: str, subject: str) -> Value | None:
+        """The value of a property, told last or stated in files."""
+        told = self.fluents.get((prop, subject))
+        return told if told is not None else self.ontology.value(prop, subject)
+
+    def program(self, process: str) -> Program:
+        """The Golog program of a task type."""
+        return self.compiler.program(process)
+
+
+class KnowledgeBase:
+    """The knowledge of one fleet; the only writer of facts."""
+
+    def __init__(self, site: str, folder: Path = SHIPPED) -> None:
+        """Load a site and all that it imports from a folder of ontologies.
+
+        Raises:
+            UnknownSite: The folder has no such site.
+            OntologyRejected: The files are wrong; nothing was loaded.
+        """
+        known = sorted(p.parent.name for p in folder.glob("sites/*/*.owl") if p.stem == p.parent.name)
+        if site not in known:
+            raise UnknownSite(site, known, folder)
+        path = folder / "sites" / site / f"{site}.owl"
+        self._site = site
+        self._ontology = load(path, folder)
+        self._processes = read_processes(self._ontology)
+        self._groundings = read_groundings(self._ontology, self._processes, path.parent)
+        _require_robot_values(self._ontology, self._groundings)
+        self._compiler = Compiler(self._ontology, self._processes)
+        self._revision = next(_revisions)
+        _load_facts(list(self._compiler.facts(self._revision)))
+        names = fluent_properties(self._ontology)
+        self._fluents = {(p, s): v for p, s, v in self._ontology.all_values() if p in names}
+        self._state = 0
+
+    def snapshot(self) -> Snapshot:
+        """What is known now."""
+        return Snapshot(
+            revision=self._revision,
+            state=self._state,
+            site=self._site,
+            ontology=self._ontology,
+            processes=MappingProxyType(self._processes),
+            groundings=MappingProxyType(self._groundings),
+            fluents=MappingProxyType(dict(self._fluents)),
+            compiler=self._compiler,
+        )
+
+    def tell(self, prop: str, subject: str, value: Value) -> None:
+        """From now on, a property of an individual has this value."""
+        self._fluents[prop, subject] = value
+        self._state += 1
+        _tell(struct("fluent", self._revision, prop, subject, value))
+
+    def close(self) -> None:
+        """Forget the facts."""
+        _drop_facts(self._revision)
+
+
+def load(path: Path, folder: Path) -> Ontology:
+    """Read, check and classify an ontology file and its imports.
+
+    Raises:
+        OntologyRejected: With everything that is wrong.
+    """
+    files = read_files(path, folder)
+    problems = validation.check(files)
+    if problems:
+        raise OntologyRejected(problems)
+    return close(files, classify(files))
+
+
+def _require_robot_values(ontology: Ontology, groundings: Mapping[str, Grounding]) -> None:
+    """Every robot must state what the groundings say of it, and every file must be there."""
+    problems: list[Problem] = []
+    for grounding in groundings.values():
+        for field in grounding.request:
+            if field.file is not None and not field.file.exists():
+                problems.append(
+                    ontology.problem("KB125", grounding.name, f"names the file {field.file}, which does not exist")
+                )
+    if problems:
+        raise OntologyRejected(problems)
+    for robot in ontology.individuals(Kind.ROBOT):
+        for grounding in groundings.values():
+            for field in grounding.request:
+                lacks = field.of_property and field.parameter == "robot" and ontology.value(field.of_property, robot) is None
+                if lacks:
+                    kind = ontology.kind_of(robot)
+                    problems.append(
+                        ontology.problem(
+                            "KB131",
+                            robot,
+                            f"has no {field.of_property}, which {grounding.name} needs; "
+                            f"give the class {kind} `SubClassOf: {field.of_property} value ...`",
+                        )
+                    )
+    if problems:
+        raise OntologyRejected(set(problems))

@@ -1,0 +1,39 @@
+"""What can go wrong in the simulator."""
+
+from __future__ import annotations
+
+from kb.errors import ConcertmasterError
+
+
+class BadScenario(ConcertmasterError):
+    """A scenario, world or model file is wrong, or does not fit where the robots are told to stand.
+
+    Args:
+        file: The file at fault.
+        field: Dotted path of the field at fault, such as `robots.amigo_1.model`.
+        problem: What is wrong and what would be right.
+    """
+
+    fault = "world"
+
+    def __init__(self, file: str, field: str, problem: str) -> None:
+        super().__init__(f"{file}: {field}: {problem}")
+        self.file = file
+        self.field = field
+        self.problem = problem
+
+
+class ServiceRefused(ConcertmasterError):
+    """A robot does not do what it is asked, because the request is wrong.
+
+    Args:
+        code: `bad_request` (a field is missing, unknown or has no usable value) or `closed` (the simulator ended).
+        message: What is wrong and what would be right.
+    """
+
+    fault = "request"
+
+    def __init__(self, code: str, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+        self.message = message
