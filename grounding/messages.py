@@ -10,6 +10,14 @@ Units: SI and radians (REP 103). Frames: `map`, `<robot>/odom`, `<robot>/base_li
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys.store import Typestore
 
 from rosbags.typesys.stores.ros2_humble import (
     builtin_interfaces__msg__Time as Time,
@@ -66,15 +74,23 @@ from rosbags.typesys.stores.ros2_humble import (
     sensor_msgs__msg__RegionOfInterest as RegionOfInterest,
 )
 from rosbags.typesys.stores.ros2_humble import (
+    std_msgs__msg__Float64MultiArray as Float64MultiArray,
+)
+from rosbags.typesys.stores.ros2_humble import (
     std_msgs__msg__Header as Header,
+)
+from rosbags.typesys.stores.ros2_humble import (
+    std_msgs__msg__MultiArrayLayout as MultiArrayLayout,
 )
 
 __all__ = [
     "CameraInfo",
+    "Float64MultiArray",
     "Header",
     "Image",
     "LaserScan",
     "MapMetaData",
+    "MultiArrayLayout",
     "OccupancyGrid",
     "Odometry",
     "Path",
@@ -92,9 +108,11 @@ __all__ = [
     "header",
     "planar_pose",
     "pose_stamped",
+    "problem_with",
     "quaternion_of",
     "stamp_of",
     "stamp_s",
+    "type_name",
     "xyyaw",
     "yaw_of",
 ]
@@ -139,3 +157,89 @@ def pose_stamped(x_m: float, y_m: float, yaw_rad: float, *, t_s: float, frame_id
 def xyyaw(pose: Pose) -> tuple[float, float, float]:
     """Position and heading of a pose on the floor: m, m, rad."""
     return pose.position.x, pose.position.y, yaw_of(pose.orientation)
+
+
+_PLAIN = {"bool", "int64", "float64", "string"}
+
+
+def type_name(message: object) -> str:
+    """ROS type of a message: `sensor_msgs/LaserScan`; the Python type of what is none."""
+    return _type_name(type(message))
+
+
+@cache
+def _type_name(kind: type) -> str:
+    return str(getattr(kind, "__msgtype__", kind.__name__)).replace("/msg/", "/")
+
+
+def problem_with(message_type: str, value: object) -> str:
+    """Check a value against a ROS type, field by field.
+
+    Args:
+        message_type: Such as `sensor_msgs/LaserScan`, or bool, int64, float64, string.
+
+    Returns:
+        What is wrong, with the path of the field; empty if nothing is.
+    """
+    if message_type in _PLAIN:
+        return _problem_with_plain(message_type, value).strip()
+    if type_name(value) != message_type:
+        return f"is {type_name(value)}, not {message_type}"
+    return _problem_in(value)
+
+
+def _problem_in(message: object) -> str:
+    for name, check in _checks(type_name(message)):
+        problem = check(getattr(message, name))
+        if problem:
+            return f".{name}{problem}"
+    return ""
+
+
+@cache
+def _checks(message_type: str) -> tuple[tuple[str, Callable[[Any], str]], ...]:
+    """For each field of a message type, what tells the problem with its value."""
+    _, definitions = _typestore().fielddefs[message_type.replace("/", "/msg/")]
+    return tuple((name, _check_for(kind, detail)) for name, (kind, detail) in definitions)
+
+
+@cache
+def _typestore() -> Typestore:
+    return get_typestore(Stores.ROS2_HUMBLE)
+
+
+def _check_for(kind: Nodetype, detail: Any) -> Callable[[Any], str]:
+    match kind:
+        case Nodetype.BASE:
+            return lambda value: _problem_with_plain(detail[0], value)
+        case Nodetype.NAME:
+            wanted = detail.replace("/msg/", "/")
+            return lambda value: _problem_in(value) if type_name(value) == wanted else f" is {type_name(value)}, not {wanted}"
+        case _:
+            (element_kind, element_detail), _ = detail
+            if element_kind is Nodetype.BASE and element_detail[0] != "string":
+                dtype = np.dtype(element_detail[0])
+                return lambda value: (
+                    "" if isinstance(value, np.ndarray) and value.dtype == dtype else f" is no array of {dtype}"
+                )
+            one = _check_for(element_kind, element_detail)
+            return lambda value: _problem_in_list(value, one)
+
+
+def _problem_in_list(value: object, one: Callable[[Any], str]) -> str:
+    if not isinstance(value, list):
+        return f" is {type(value).__name__}, not list"
+    return next((f"[{i}]{problem}" for i, x in enumerate(value) if (problem := one(x))), "")
+
+
+def _problem_with_plain(kind: str, value: object) -> str:
+    """Check a number, truth value or text against a ROS primitive type such as `float32`."""
+    wanted: type | tuple[type, ...] = str
+    if kind.startswith("float"):
+        wanted = (int, float, np.floating)
+    elif kind.startswith(("int", "uint", "byte", "octet", "char")):
+        wanted = (int, np.integer)
+    elif kind.startswith("bool"):
+        wanted = (bool, np.bool_)
+    right = isinstance(value, wanted) and (kind.startswith("bool") or not isinstance(value, bool))
+    return "" if right else f" is {type(value).__name__}, not {kind}"

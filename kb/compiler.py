@@ -106,6 +106,8 @@ class Compiler:
                 body = self._construct(_Scope(self, process, Var("Frame")), self._part(name, Property.COMPOSED_OF))
                 self._bodies[name] = body
                 yield struct("definition", revision, head, Var("Frame"), body)
+            if self._ontology.value(Property.KEEPS_ROBOT, name) is True:
+                yield struct("keeps_robot", revision, name)
             yield from self._conditions(revision, process, head)
             yield from self._duration(revision, process, head)
         for name in sorted(self._processes):

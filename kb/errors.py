@@ -31,3 +31,22 @@ class DependencyMissing(ConcertmasterError):
     """Something that has to be installed is not."""
 
     fault = "world"
+
+
+class ServiceFailed(ConcertmasterError):
+    """A service did not do what it was asked to.
+
+    Attributes:
+        code: Name of the failure class, such as `NoPath`.
+        message: What is wrong, where, and what would be right.
+    """
+
+    fault = "world"
+
+    def __init__(self, code: str, message: str) -> None:
+        super().__init__(code, message)
+        self.code = code
+        self.message = message
+
+    def __str__(self) -> str:
+        return f"{self.code}: {self.message}"

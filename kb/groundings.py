@@ -47,6 +47,30 @@ class Grounding:
     reply: tuple[Field, ...]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TravelEstimate:
+    """The compute service that tells how long a robot travels.
+
+    Attributes:
+        request: Its fields, but for the places.
+    """
+
+    service: str
+    request: tuple[Field, ...]
+
+
+def read_travel_estimates(ontology: Ontology, site_folder: Path) -> tuple[TravelEstimate, ...]:
+    """How travel durations are estimated, each way once."""
+    found = {
+        TravelEstimate(
+            service=str(ontology.value(Property.SERVICE_NAME, name)),
+            request=_fields(ontology, Property.HAS_REQUEST_FIELD, name, site_folder),
+        )
+        for name in ontology.individuals(Kind.TRAVEL_DURATION)
+    }
+    return tuple(sorted(found, key=str))
+
+
 def read_groundings(ontology: Ontology, processes: dict[str, Process], site_folder: Path) -> dict[str, Grounding]:
     """All groundings by the name of their process; shapes have checked that each is whole."""
     groundings = {}

@@ -76,7 +76,7 @@ class _Engine:
             ) from error
         self._core = core
         self._lib = core._lib
-        self._lib.PL_put_string_nchars.argtypes = [core.term_t, ctypes.c_size_t, ctypes.c_char_p]
+        self._lib.PL_put_chars.argtypes = [core.term_t, ctypes.c_int, ctypes.c_size_t, ctypes.c_char_p]
         self._lib.PL_get_nchars.argtypes = [
             core.term_t,
             ctypes.POINTER(ctypes.c_size_t),
@@ -86,18 +86,24 @@ class _Engine:
         self._text_flags = core.CVT_STRING | core.CVT_ATOM | core.REP_UTF8
         self._query_flags = core.PL_Q_NODEBUG | core.PL_Q_CATCH_EXCEPTION
         self._loaded: set[str] = set()
-        self._run(f"set_prolog_flag(stack_limit, {_STACK_LIMIT_BYTES})")
+        self._limit_stack()
         for alias, folder in _SEARCH_PATH.items():
             self._run(f"asserta(user:file_search_path({alias}, {quote(str(folder))}))")
         self._load("kb_rules(bridge)")
         self._bridge = core.PL_predicate(b"bridge", 4, b"kb_bridge")
-        self._owner = threading.local()
-        self._owner.attached = True
 
     def call(self, entry: Entry, argument: str) -> str:
-        if not getattr(self._owner, "attached", False):
-            self._core.PL_thread_attach_engine(None)
-            self._owner.attached = True
+        if self._lib.PL_thread_self() > 0:
+            return self._call(entry, argument)
+        # Prolog does not know this thread: lend it an engine for the call, as one that it keeps would outlive it.
+        self._core.PL_thread_attach_engine(None)
+        try:
+            self._limit_stack()
+            return self._call(entry, argument)
+        finally:
+            self._lib.PL_thread_destroy_engine()
+
+    def _call(self, entry: Entry, argument: str) -> str:
         spec = f"{entry.search_path}({entry.file})"
         if spec not in self._loaded:
             self._load(spec)
@@ -107,7 +113,7 @@ class _Engine:
             arguments = core.PL_new_term_refs(4)
             for offset, text in enumerate((entry.module, entry.name, argument)):
                 data = text.encode()
-                lib.PL_put_string_nchars(arguments + offset, len(data), data)
+                lib.PL_put_chars(arguments + offset, core.PL_STRING | core.REP_UTF8, len(data), data)
             if not core.PL_call_predicate(None, self._query_flags, self._bridge, arguments):
                 raise InternalError(f"the Prolog bridge failed on {entry.module}:{entry.name}({argument[:200]})")
             length, chars = ctypes.c_size_t(), ctypes.c_char_p()
@@ -115,6 +121,10 @@ class _Engine:
             return ctypes.string_at(chars, length.value).decode()
         finally:
             core.PL_discard_foreign_frame(frame)
+
+    def _limit_stack(self) -> None:
+        # Holds for one thread; an attached one would have SWI-Prolog's own, larger limit.
+        self._run(f"set_prolog_flag(stack_limit, {_STACK_LIMIT_BYTES})")
 
     def _load(self, spec: str) -> None:
         # A file with a syntax error or an undefined import only prints a warning: make it an error.

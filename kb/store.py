@@ -19,7 +19,7 @@ from kb import validation
 from kb.compiler import Compiler, Program
 from kb.errors import KnowledgeError
 from kb.files import SHIPPED, OntologyFiles, read_files
-from kb.groundings import Grounding, read_groundings
+from kb.groundings import Grounding, TravelEstimate, read_groundings, read_travel_estimates
 from kb.ontology import Ontology, Value, close, fluent_properties
 from kb.problems import OntologyRejected, Problem
 from kb.processes import Process, read_processes
@@ -63,6 +63,7 @@ class Snapshot:
     ontology: Ontology
     processes: Mapping[str, Process]
     groundings: Mapping[str, Grounding]
+    travel_estimates: tuple[TravelEstimate, ...]
     fluents: Mapping[tuple[str, str], Value]
     compiler: Compiler
 
@@ -94,6 +95,7 @@ class KnowledgeBase:
         self._ontology = load(path, folder)
         self._processes = read_processes(self._ontology)
         self._groundings = read_groundings(self._ontology, self._processes, path.parent)
+        self._travel_estimates = read_travel_estimates(self._ontology, path.parent)
         _require_robot_values(self._ontology, self._groundings)
         self._compiler = Compiler(self._ontology, self._processes)
         self._revision = next(_revisions)
@@ -111,6 +113,7 @@ class KnowledgeBase:
             ontology=self._ontology,
             processes=MappingProxyType(self._processes),
             groundings=MappingProxyType(self._groundings),
+            travel_estimates=self._travel_estimates,
             fluents=MappingProxyType(dict(self._fluents)),
             compiler=self._compiler,
         )

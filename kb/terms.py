@@ -42,7 +42,7 @@ def render(term: Term) -> str:
     """Write a term as Prolog text.
 
     Raises:
-        ValueError: A number that Prolog cannot read (inf, nan), or a variable without a proper name.
+        ValueError: What Prolog cannot read: inf, nan, half a surrogate pair, a variable without a proper name.
     """
     match term:
         case bool():
@@ -76,6 +76,69 @@ def quote(atom: str) -> str:
 def _escape(character: str) -> str:
     if character in "'\\":
         return "\\" + character
-    if character.isprintable():
+    # SWI-Prolog 9.0 refuses the escapes of some characters beyond 16 bits, but reads all of them as they are.
+    if character.isprintable() or character > "\uffff":
         return character
+    if "\ud800" <= character <= "\udfff":
+        raise ValueError(f"no Prolog atom has the character {character!r}: half a surrogate pair")
     return f"\\x{ord(character):x}\\"
+
+
+@dataclass(frozen=True, slots=True)
+class Data:
+    """A message that only the executive holds, by the place where it is kept."""
+
+    place: str
+
+
+@dataclass(frozen=True, slots=True)
+class Fluent:
+    """The present value of a property of an individual."""
+
+    prop: str
+    subject: str
+
+    @property
+    def place(self) -> str:
+        """Where the executive keeps the value if it is a message."""
+        return f"{self.prop}({self.subject})"
+
+
+Value: TypeAlias = str | int | float | bool | Data | Fluent
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Argument:
+    """A parameter of a process and its value."""
+
+    name: str
+    role: str
+    value: Value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Action:
+    """A process bound to its arguments: a primitive action, or a composite one.
+
+    Attributes:
+        id: Names the step within its task; the same step of a loop has the same id every time.
+        robot: Who does it; None for what needs no robot.
+    """
+
+    id: str
+    process: str
+    robot: str | None
+    arguments: tuple[Argument, ...]
+
+    def argument(self, name: str) -> Value | None:
+        """The value of a parameter."""
+        return next((a.value for a in self.arguments if a.name == name), None)
+
+    def __str__(self) -> str:
+        """As [RoboEarth] Listing 7 writes it: `NavMap(amigo_1,"tue_lab")`; data are left out."""
+        shown = [
+            str(a.value) if a.role == "robot" else f'"{a.value}"'
+            for a in self.arguments
+            if a.role != "output" and not isinstance(a.value, Data | Fluent)
+        ]
+        return f"{self.process}({','.join(shown)})"

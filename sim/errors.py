@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kb.errors import ConcertmasterError
+from kb.errors import ConcertmasterError, ServiceFailed
 
 
 class BadScenario(ConcertmasterError):
@@ -23,17 +23,12 @@ class BadScenario(ConcertmasterError):
         self.problem = problem
 
 
-class ServiceRefused(ConcertmasterError):
+class ServiceRefused(ServiceFailed):
     """A robot does not do what it is asked, because the request is wrong.
 
     Args:
-        code: `bad_request` (a field is missing, unknown or has no usable value) or `closed` (the simulator ended).
+        code: `BadRequest` (a field is missing, unknown or has no usable value) or `Closed` (the simulator ended).
         message: What is wrong and what would be right.
     """
 
     fault = "request"
-
-    def __init__(self, code: str, message: str) -> None:
-        super().__init__(message)
-        self.code = code
-        self.message = message

@@ -188,14 +188,14 @@ class SimFleet:
     def _check_request(self, service: str, request: Mapping[str, object], fields: Mapping[str, type]) -> None:
         """Refuse if the simulator ended, or a field is missing, unknown or of the wrong type."""
         if not self._open:
-            raise ServiceRefused("closed", f"{service}: the simulator has ended")
+            raise ServiceRefused("Closed", f"{service}: the simulator has ended")
         if set(request) != set(fields):
             given, needed = ", ".join(sorted(request)) or "none", ", ".join(sorted(fields)) or "none"
-            raise ServiceRefused("bad_request", f"{service}: fields given: {given}; needed: {needed}")
+            raise ServiceRefused("BadRequest", f"{service}: fields given: {given}; needed: {needed}")
         for key, kind in fields.items():
             if not isinstance(request[key], kind):
                 problem = f"is {type(request[key]).__name__}; needed is {kind.__name__}"
-                raise ServiceRefused("bad_request", f"{service}: field {key} {problem}")
+                raise ServiceRefused("BadRequest", f"{service}: field {key} {problem}")
 
     def _advance_to(self, t_s: float) -> None:
         """Do all steps that end by `t_s`."""

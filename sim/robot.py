@@ -126,10 +126,10 @@ class Base:
         linear, angular = velocity.linear, velocity.angular
         parts = (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
         if not all(math.isfinite(part) for part in parts):
-            raise ServiceRefused("bad_request", f"/{self._name}/base: velocity: {parts} has to be finite numbers")
+            raise ServiceRefused("BadRequest", f"/{self._name}/base: velocity: {parts} has to be finite numbers")
         if linear.z != 0.0 or angular.x != 0.0 or angular.y != 0.0:
             problem = "linear.z, angular.x and angular.y have to be 0: the base drives on the floor"
-            raise ServiceRefused("bad_request", f"/{self._name}/base: velocity: {problem}")
+            raise ServiceRefused("BadRequest", f"/{self._name}/base: velocity: {problem}")
         speed = math.hypot(linear.x, linear.y)
         cut = min(1.0, self._model.max_speed_mps / speed) if speed > 0.0 else 1.0
         turn = self._model.max_turn_rate_radps

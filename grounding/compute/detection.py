@@ -33,7 +33,7 @@ def detection(
     camera_z_m: float,
     camera_pitch_rad: float,
     t_s: float,
-) -> dict[str, bool | PointStamped]:
+) -> dict[str, PointStamped]:
     """Look for an object of a class in a picture.
 
     The pixels of the class's color that hang together and are as large as the object may be at their depth are the
@@ -52,12 +52,11 @@ def detection(
         t_s: Time of the call; the position bears the stamp of `color`.
 
     Returns:
-        `found`: whether there is one.
-        `position`: its middle in the frame of `pose`, at the stamp of `color`. If nothing is found, the place of the
-            camera (a point that can be sent over any transport, and means nothing).
+        `position`: its middle in the frame of `pose`, at the stamp of `color`.
 
     Raises:
-        ComputeFailed: BadInput, if an encoding or size is not as told above, or the file or class is not usable.
+        ComputeFailed: ObjectNotFound, if there is none in the picture; BadInput, if an encoding or size is not as
+            told above, or the file or class is not usable.
     """
     look = _look(hue_file, object_class)
     rgb = _pixels(color, "color", "rgb8", np.dtype(np.uint8), 3)
@@ -70,18 +69,20 @@ def detection(
     if not (fx > 0.0 and fy > 0.0):
         raise ComputeFailed("BadInput", f"detection: camera_info.k has focal lengths {fx}, {fy}; they must be above 0")
 
-    in_camera_m = np.zeros(3)
+    x_m, y_m, yaw_rad = xyyaw(pose.pose)
     blob = _largest_blob(_colored(rgb, look) & np.isfinite(depth_m) & (depth_m > 0.0), depth_m, look, fx, fy)
-    if blob is not None:
-        row, column, blob_depth_m = blob
-        ray = np.array([(column - cx) / fx, (row - cy) / fy, 1.0])
-        in_camera_m = ray * blob_depth_m + ray / np.linalg.norm(ray) * look.radius_m
+    if blob is None:
+        raise ComputeFailed(
+            "ObjectNotFound", f"no {object_class} in the picture taken at ({x_m:.2f}, {y_m:.2f}), heading {yaw_rad:.2f} rad"
+        )
+    row, column, blob_depth_m = blob
+    ray = np.array([(column - cx) / fx, (row - cy) / fy, 1.0])
+    in_camera_m = ray * blob_depth_m + ray / np.linalg.norm(ray) * look.radius_m
 
     c, s = math.cos(camera_pitch_rad), math.sin(camera_pitch_rad)
     # Columns: the camera's x (right), y (down) and z (forward) in base_link.
     base_from_camera = np.array([[0.0, -s, c], [-1.0, 0.0, 0.0], [0.0, -c, -s]])
     in_base_m = base_from_camera @ in_camera_m + (camera_x_m, 0.0, camera_z_m)
-    x_m, y_m, yaw_rad = xyyaw(pose.pose)
     c, s = math.cos(yaw_rad), math.sin(yaw_rad)
     position = Point(
         x=float(x_m + c * in_base_m[0] - s * in_base_m[1]),
@@ -89,7 +90,7 @@ def detection(
         z=float(pose.pose.position.z + in_base_m[2]),
     )
     stamped = PointStamped(header=header(pose.header.frame_id, stamp_s(color.header.stamp)), point=position)
-    return {"found": blob is not None, "position": stamped}
+    return {"position": stamped}
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

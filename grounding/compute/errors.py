@@ -5,29 +5,22 @@ from __future__ import annotations
 import pathlib
 from typing import ClassVar, Literal
 
-from kb.errors import ConcertmasterError, Fault
+from kb.errors import Fault, ServiceFailed
 
-Code = Literal["NoPath", "NotLocalized", "BadInput"]
+Code = Literal["NoPath", "NotLocalized", "ObjectNotFound", "BadInput"]
 
 
-class ComputeFailed(ConcertmasterError):
+class ComputeFailed(ServiceFailed):
     """A compute service has no result; the executive makes an outcome with failure class `code` of it.
 
-    Attributes:
-        code: `NoPath` (no way to the goal), `NotLocalized` (the scan does not fit the map),
-            `BadInput` (a request field or a file it names is wrong).
+    Args:
+        code: `NoPath` (no way to the goal), `NotLocalized` (the scan does not fit the map), `ObjectNotFound`
+            (it is not in the picture), `BadInput` (a request field or a file it names is wrong).
         message: What is wrong, where, and what would be right.
     """
 
-    fault: ClassVar[Fault] = "world"
-
     def __init__(self, code: Code, message: str) -> None:
         super().__init__(code, message)
-        self.code: Code = code
-        self.message = message
-
-    def __str__(self) -> str:
-        return f"{self.code}: {self.message}"
 
 
 class MapFileError(ComputeFailed):

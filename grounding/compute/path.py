@@ -103,24 +103,21 @@ def path(
 
 
 def path_lengths_m(
-    map: OccupancyGrid,  # noqa: A002  (as in `path`)
+    grid: Grid,
     starts: list[Point],
     goals: list[Point],
 ) -> NDArray[np.float64]:
     """Lengths of the paths that `path` returns without a scan, one search per start.
 
     Args:
-        map: Inflated by the robot's radius (`nav_map`).
+        grid: Inflated by the robot's radius (`nav_map`).
         starts: Positions in the map's frame, m.
         goals: Positions in the map's frame, m.
 
     Returns:
         Shape (len(starts), len(goals)), m; inf where there is no path.
-
-    Raises:
-        ComputeFailed: BadInput, if the map is malformed.
     """
-    roads = _roads(grid_of(map))
+    roads = _roads(grid)
     lengths_m = np.full((len(starts), len(goals)), np.inf)
     for row, start in enumerate(starts):
         for column, corners_m in enumerate(_corners(roads, start, goals)):

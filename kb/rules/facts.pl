@@ -12,7 +12,8 @@
             effect/4,                   % ?Revision, ?Head, ?Fluent, ?Value
             duration/3,                 % ?Revision, ?Head, ?Duration
             requires/3,                 % ?Revision, ?Name, ?Capability
-            agent/3                     % ?Revision, ?Head, ?Robot
+            agent/3,                    % ?Revision, ?Head, ?Robot
+            keeps_robot/2               % ?Revision, ?Name
           ]).
 
 /** <module> The facts of the knowledge base, by revision
@@ -24,12 +25,13 @@ processes are terms `Name(Argument, ...)` with the arguments in the order of the
   - definition(R, Head, Frame, Body): Body is the Golog program of a composite process; Frame stands
     for the invocation, so that its locals are told apart from those of other invocations.
   - duration(R, Head, Duration): `fixed(Milliseconds)` or `travel(Robot, Location, Milliseconds)`.
+  - keeps_robot(R, Name): a robot that does this composite process does nothing else meanwhile.
   - fluent(R, Property, Subject, Value): what changes, as last told.
 */
 
 :- dynamic
     kind/3, value/4, fluent/4, process/3, parameters/3, definition/4, precondition/3, effect/4,
-    duration/3, requires/3, agent/3.
+    duration/3, requires/3, agent/3, keeps_robot/2.
 
 %!  load_facts(+Facts:list, -Dict) is det.
 %
@@ -49,6 +51,7 @@ fact(Fact) :-
 exported(kind/3).       exported(value/4).      exported(fluent/4).       exported(process/3).
 exported(parameters/3). exported(definition/4). exported(precondition/3). exported(effect/4).
 exported(duration/3).   exported(requires/3).   exported(agent/3).
+exported(keeps_robot/2).
 
 %!  drop_facts(+Revision, -Dict) is det.
 

@@ -20,6 +20,9 @@
             agent_of/3,                 % +Head, -Agent, +Situation
             startable/3,                % +Head, -Agent, +Situation
             start/6,                    % +Id, +Head, +Agent, +Milliseconds, +Situation, -Situation
+            hold_robot/5,               % +Head, +Agent, +Id, +Situation, -Situation
+            release_robot/4,            % +Agent, +Id, +Situation, -Situation
+            free_for/3,                 % +Agent, +Id, +Situation
             stop/3,                     % +Id, +Situation, -Situation
             next_end/2,                 % +Situation, -Milliseconds
             exclude/4,                  % +PickId, +Individual, +Situation, -Situation
@@ -50,7 +53,7 @@ Travel holds its travel times) or `act(Guide)` (for real: it is expanded, as Gui
 :- use_module(library(assoc)).
 :- use_module(library(ordsets)).
 :- use_module(library(lists)).
-:- use_module(kb_rules(facts), [kind/3, value/4, fluent/4, effect/4, agent/3, precondition/3]).
+:- use_module(kb_rules(facts), [kind/3, value/4, fluent/4, effect/4, agent/3, precondition/3, keeps_robot/2]).
 :- use_module(kb_rules(capability), [capable/3]).
 
 %!  situation(+Revision, +Mode, +Limit:integer, +Now:integer, -Situation) is det.
@@ -192,6 +195,32 @@ start(Id, Head, Agent, Duration, s(Fixed, Now, F, Runs, Team, G), s(Fixed, Now, 
     End is Now + Duration,
     ord_add_element(Runs, run(End, Agent, Id, Head), Runs1),
     (   Agent == none -> Team1 = Team ; ord_add_element(Team, Agent, Team1) ).
+
+%!  hold_robot(+Head, +Agent, +Id, +Situation, -Situation) is det.
+%
+%   A composite process that keeps its robot begins: until it ends, the robot does only its steps.
+
+hold_robot(Head, Agent, Id, S0, S) :-
+    revision(S0, Revision),
+    functor(Head, Name, _),
+    (   keeps_robot(Revision, Name), Agent \== none, \+ set_value(held, Agent, _, S0)
+    ->  set_data(held-Agent, Id, S0, S)
+    ;   S = S0
+    ).
+
+release_robot(Agent, Id, S0, S) :-
+    (   set_value(held, Agent, Id, S0) -> forget(held, Agent, S0, S) ; S = S0 ).
+
+%!  free_for(+Agent, +Id, +Situation) is semidet.
+%
+%   The step Id is part of what keeps the robot, if anything does.
+
+free_for(Agent, Id, S) :-
+    (   set_value(held, Agent, Holder, S)
+    ->  atom_concat(Holder, /, Prefix),
+        atom_concat(Prefix, _, Id)
+    ;   true
+    ).
 
 stop(Id, s(Fixed, Now, F, Runs, Team, G), s(Fixed, Now, F, Runs1, Team, G)) :-
     exclude_run(Runs, Id, Runs1).

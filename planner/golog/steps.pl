@@ -18,7 +18,8 @@ its key. These are the entries that planner/planner.py calls (see kb/prolog.py).
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(pairs)).
-:- use_module(kb_rules(facts), [duration/3, kind/3, parameters/3]).
+:- use_module(library(occurs), [sub_term/2]).
+:- use_module(kb_rules(facts), [duration/3, kind/3]).
 :- use_module(kb_rules(capability), [missing/4]).
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(transition)).
@@ -124,9 +125,8 @@ plan_dict(plan(Status0, Makespan, Bound, Events, Nodes), Now, S,
     append(Running, Started, Steps),
     findall(_{id: Id, chosen: X}, member(chose(Id, X), Events), Choices).
 
-step_dict(Id, Head, Agent, Start, End, S, Step) :-
-    head_dict(Id, Head, S, Dict),
-    Step = Dict.put(_{robot: Agent, start: Start, end: End}).
+step_dict(Id, Head, Agent, Start, End, _, [Start, End|Action]) :-
+    action_row(Id, Head, Agent, Action).
 
 %!  next_actions(+Request, -Dict) is det.
 %
@@ -159,11 +159,11 @@ go_on(Session, P0, S0, Dict) :-
     start_all(P1, S1, P, S2),
     take_log(S2, Events, S),
     keep(Session, P, S),
-    findall(E, ( member(Event, Events), event_dict(Event, S, E) ), Dicts),
+    findall(E, ( member(Event, Events), event_row(Event, S, E) ), Rows),
     (   P == [] -> Done = true ; Done = false ),
     running(S, Runs),
     length(Runs, Running),
-    Dict = _{events: Dicts, done: Done, running: Running}.
+    Dict = _{events: Rows, done: Done, running: Running}.
 
 start_all(P0, S0, P, S) :-
     (   trans(P0, S0, P1, S1)
@@ -172,40 +172,28 @@ start_all(P0, S0, P, S) :-
     ;   P = P0, S = S0
     ).
 
-event_dict(started(Id, Head, Agent, _, _), S, Event) :-
-    head_dict(Id, Head, S, Dict),
-    Event = Dict.put(_{event: started, robot: Agent}).
-event_dict(begun(Id, Head), S, Event) :-
-    agent_of(Head, Agent, S),
-    head_dict(Id, Head, S, Dict),
-    Event = Dict.put(_{event: begun, robot: Agent}).
-event_dict(ended(Id, Head), S, Event) :-
-    agent_of(Head, Agent, S),
-    head_dict(Id, Head, S, Dict),
-    Event = Dict.put(_{event: ended, robot: Agent}).
-event_dict(told(Property, Subject, Value), _, _{event: told, property: Property, subject: Subject, value: V}) :-
-    argument_json(Value, V).
+%   Rows, not dicts, as 300 of them a second go over to Python: names of parameters are known there.
+event_row(started(Id, Head, Agent, _, _), _, [started|Action]) :- action_row(Id, Head, Agent, Action).
+event_row(begun(Id, Head), S, [begun|Action]) :- agent_of(Head, Agent, S), action_row(Id, Head, Agent, Action).
+event_row(ended(Id, Head), S, [ended|Action]) :- agent_of(Head, Agent, S), action_row(Id, Head, Agent, Action).
+event_row(told(Property, Subject, Value), _, [told, Property, Subject, Row]) :- value_row(Value, Row).
 
-%!  head_dict(+Id, +Head, +Situation, -Dict) is det.
-
-head_dict(Id, Head, S, _{id: Id, process: Name, args: Args}) :-
-    revision(S, Revision),
-    (   atom(Head) -> Name = Head, Values = [] ; compound_name_arguments(Head, Name, Values) ),
-    parameters(Revision, Name, Parameters),
-    maplist(argument_dict, Parameters, Values, Args).
-
-argument_dict(Role-Name, Value, [Role, Name, Json]) :-
-    argument_json(Value, Json).
+action_row(Id, Head, Agent, [Id, Agent, Name|Values]) :-
+    (   atom(Head)
+    ->  Name = Head, Values = []
+    ;   compound_name_arguments(Head, Name, Arguments),
+        maplist(value_row, Arguments, Values)
+    ).
 
 %   An individual is its name; data are told by where they are.
-argument_json(Value, Json) :-
+value_row(Value, Row) :-
     (   atomic(Value)
-    ->  Json = Value
+    ->  Row = Value
     ;   Value = loc(Frame, Name)
     ->  atomic_list_concat([Frame, /, Name], Place),
-        Json = _{data: Place}
+        Row = [Place]
     ;   Value = fluent(Property, Subject)
-    ->  Json = _{fluent: Property, of: Subject}
+    ->  Row = [Property, Subject]
     ).
 
 %!  retry(+Failure, -Dict) is det.
@@ -218,12 +206,29 @@ retry(failed(Session, Now, Id), _{retry: Retry, excluded: Excluded}) :-
     at_time(S0, Now, S1),
     stop(Id, S1, S2),
     (   reopened(P, Id, P1, Pick, X)
-    ->  exclude(Pick, X, S2, S),
+    ->  exclude(Pick, X, S2, S3),
+        released(P1, Id, S3, S),
         keep(Session, P1, S),
         Retry = true, Excluded = X
     ;   keep(Session, P, S2),
         Retry = false, Excluded = null
     ).
+
+%   What kept a robot and was given up keeps it no more.
+released(P, Id, S0, S) :-
+    (   fluent_value(held, Agent, Holder, S0),
+        atom_concat(Holder, /, Prefix),
+        atom_concat(Prefix, _, Id),
+        \+ has_scope(P, Holder)
+    ->  forget(held, Agent, S0, S)
+    ;   S = S0
+    ).
+
+has_scope(P, Id) :-
+    sub_term(Scope, P),
+    nonvar(Scope),
+    Scope = scope(Id, _, _),
+    !.
 
 reopened([P|Ps], Id, [P1|Ps], Pick, X) :- reopened(P, Id, P1, Pick, X).
 reopened(conc(Ps), Id, conc(Qs), Pick, X) :- reopened_one(Ps, Id, Qs, Pick, X).

@@ -62,6 +62,7 @@ trans(call(Frame, Step, Head0), S, P1, S1) :-       % procedure call, primitive 
     step_id(Frame, Step, Id),
     (   planned_duration(Head, Duration, S)
     ->  startable(Head, Agent, S),
+        free_for(Agent, Id, S),
         in_order(Id, Agent, S, S0),
         start(Id, Head, Agent, Duration, S0, S2),
         now(S, Now),
@@ -69,7 +70,9 @@ trans(call(Frame, Step, Head0), S, P1, S1) :-       % procedure call, primitive 
         note(started(Id, Head, Agent, Now, End), S2, S1),
         P1 = running(Id)
     ;   agent_of(Head, Agent, S),
-        in_order(Id, Agent, S, S0),
+        free_for(Agent, Id, S),
+        in_order(Id, Agent, S, S3),
+        hold_robot(Head, Agent, Id, S3, S0),
         expansion(Id, Head, S0, Body),
         note(begun(Id, Head), S0, S2),
         P1 = scope(Id, Head, Rest),
@@ -156,8 +159,10 @@ done(P, S) :-
     catch(final(P, S), error(depends_on_sensing(_), _), fail), !.
 
 close_scope(Id, Head, S0, S) :-
-    apply_effects(Head, S0, S1),
-    note(ended(Id, Head), S1, S).
+    agent_of(Head, Agent, S0),
+    release_robot(Agent, Id, S0, S1),
+    apply_effects(Head, S1, S2),
+    note(ended(Id, Head), S2, S).
 
 %!  expansion(+Id, +Head, +Situation, -Body) is det.
 %

@@ -106,7 +106,7 @@ def tue_lab() -> Iterator[Callable[..., Lab]]:
 
     def make(amigo: str = "start_west", pico: str = "start_east", seed: int | None = None) -> Lab:
         starts = {"amigo_1": PLACES[amigo], "pico_1": PLACES[pico]}
-        labs.append(Lab(load_scenario("find_empty_drink"), starts, seed))
+        labs.append(Lab(load_scenario("tue_lab"), starts, seed))
         return labs[-1]
 
     yield make

@@ -114,7 +114,7 @@ def test_robots_do_not_drive_through_each_other(room: Callable[..., Lab]) -> Non
 def test_no_drive_gets_into_furniture(tue_lab: Callable[..., Lab]) -> None:
     """Whatever is commanded, the footprint never overlaps a box by more than an impact's centimeter."""
     lab = tue_lab()
-    boxes = load_scenario("find_empty_drink").world.boxes
+    boxes = load_scenario("tue_lab").world.boxes
     low, high = np.array([box.low[:2] for box in boxes]), np.array([box.high[:2] for box in boxes])
     chance = np.random.default_rng(5)
     deepest = -math.inf

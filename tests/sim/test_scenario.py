@@ -29,13 +29,13 @@ believed_at = "at_coffee_table"
 def test_shipped_scenarios_load() -> None:
     """Every shipped scenario is valid and is named after its file."""
     names = builtin_scenarios()
-    assert set(names) == {"find_empty_drink", "swapped_starts", "both_drinks_west"}
+    assert set(names) == {"tue_lab", "swapped_starts", "both_drinks_west"}
     assert [load_scenario(name).name for name in names] == list(names)
 
 
 def test_find_empty_drink_is_as_filed() -> None:
     """The default scenario has the robots, places and drinks that it is described to have."""
-    scenario = load_scenario("find_empty_drink")
+    scenario = load_scenario("tue_lab")
     assert [(robot.name, robot.model.name, robot.start) for robot in scenario.robots] == [
         ("amigo_1", "amigo", "start_west"),
         ("pico_1", "pico", "start_east"),

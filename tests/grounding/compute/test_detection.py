@@ -94,7 +94,7 @@ def info() -> CameraInfo:
 
 def seen(
     color: Image, depth: Image, camera_info: CameraInfo, object_class: str = "Beer", hue_file: pathlib.Path = HUE_FILE
-) -> tuple[bool, PointStamped]:
+) -> PointStamped:
     """What `detection` says for the robot at ROBOT."""
     reply = detection(
         color=color,
@@ -108,10 +108,7 @@ def seen(
         camera_pitch_rad=PITCH_RAD,
         t_s=5.0,
     )
-    found, position = reply["found"], reply["position"]
-    assert isinstance(found, bool)
-    assert isinstance(position, PointStamped)
-    return found, position
+    return reply["position"]
 
 
 def on_map(x_m: float, y_m: float) -> tuple[float, float]:
@@ -127,8 +124,7 @@ def test_a_drink_is_found_where_it_stands(x_m: float, across: float, can: bool) 
     drink = Drink(x_m=x_m, y_m=across * x_m)
     if can:
         drink = dataclasses.replace(drink, radius_m=0.035, height_m=0.13, color=RED)
-    found, position = seen(*picture(drink), object_class="SoftDrink" if can else "Beer")
-    assert found
+    position = seen(*picture(drink), object_class="SoftDrink" if can else "Beer")
     assert math.dist((position.point.x, position.point.y), on_map(drink.x_m, drink.y_m)) <= 0.02
     assert position.point.z == pytest.approx(drink.bottom_m + drink.height_m / 2.0, abs=0.06)
     assert (position.header.frame_id, stamp_s(position.header.stamp)) == ("map", 4.5)
@@ -139,28 +135,25 @@ def test_colors_are_told_apart() -> None:
     bottle = Drink(x_m=1.3, y_m=0.15)
     can = Drink(x_m=1.3, y_m=-0.15, radius_m=0.035, height_m=0.13, color=RED)
     for drink, name in ((bottle, "Beer"), (can, "SoftDrink")):
-        found, position = seen(*picture(bottle, can), object_class=name)
-        assert found
+        position = seen(*picture(bottle, can), object_class=name)
         assert math.dist((position.point.x, position.point.y), on_map(drink.x_m, drink.y_m)) <= 0.02
 
 
 def test_nothing_of_the_color_is_nothing_found() -> None:
-    """An empty scene gives found False and the camera's place."""
-    found, position = seen(*picture())
-    assert not found
-    assert (position.point.x, position.point.y) == pytest.approx(on_map(CAMERA_X_M, 0.0))
-    assert position.point.z == pytest.approx(CAMERA_Z_M)
+    """An empty scene is the failure ObjectNotFound, which tells what was looked for and from where."""
+    with pytest.raises(ComputeFailed, match=r"ObjectNotFound: no Beer in the picture taken at \("):
+        seen(*picture())
 
 
 def test_what_cannot_be_a_drink_is_passed_over() -> None:
     """A green curtain is too wide; the bottle beside it is found nevertheless, a green speck is not."""
     bottle = Drink(x_m=1.3, y_m=0.2)
     curtain = Drink(x_m=2.8, y_m=-0.8, radius_m=0.5, height_m=1.2, bottom_m=0.0)
-    found, position = seen(*picture(bottle, curtain))
-    assert found
+    position = seen(*picture(bottle, curtain))
     assert math.dist((position.point.x, position.point.y), on_map(bottle.x_m, bottle.y_m)) <= 0.02
-    assert not seen(*picture(curtain))[0]
-    assert not seen(*picture(dataclasses.replace(bottle, radius_m=0.008)))[0]
+    for nothing in (curtain, dataclasses.replace(bottle, radius_m=0.008)):
+        with pytest.raises(ComputeFailed, match="ObjectNotFound"):
+            seen(*picture(nothing))
 
 
 def test_pixels_without_depth_do_not_count() -> None:
@@ -168,9 +161,10 @@ def test_pixels_without_depth_do_not_count() -> None:
     color, depth, camera_info = picture(Drink(x_m=1.2, y_m=0.0))
     depth_m = np.frombuffer(depth.data.tobytes(), dtype="<f4").reshape(HEIGHT, WIDTH).copy()
     depth_m[::2] = math.nan
-    found, position = seen(color, image(depth_m, "32FC1"), camera_info)
-    assert not found or math.dist((position.point.x, position.point.y), on_map(1.2, 0.0)) <= 0.03
-    assert not seen(color, image(np.zeros_like(depth_m), "32FC1"), camera_info)[0]
+    position = seen(color, image(depth_m, "32FC1"), camera_info)
+    assert math.dist((position.point.x, position.point.y), on_map(1.2, 0.0)) <= 0.03
+    with pytest.raises(ComputeFailed, match="ObjectNotFound"):
+        seen(color, image(np.zeros_like(depth_m), "32FC1"), camera_info)
 
 
 def test_padded_rows_and_big_endian_depth_are_read() -> None:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from grounding.compute.errors import ComputeFailed
-from grounding.compute.grids import FREE, OCCUPIED, Grid, grid_message, inflated
+from grounding.compute.grids import FREE, OCCUPIED, Grid, grid_message, grid_of, inflated
 from grounding.compute.path import path, path_lengths_m
 from grounding.messages import LaserScan, OccupancyGrid, Path, PoseStamped, pose_stamped, stamp_s, xyyaw
 from tests.grounding.compute.rooms import MOUNT, RADIUS_M, ROOMS, TABLETOP, WALLS, Box, at, grid_with, scan_from
@@ -82,7 +82,7 @@ def test_a_path_stays_in_free_cells(start: tuple[float, float], goal: tuple[floa
 @given(points=st.lists(IN_FREE | ANYWHERE, min_size=2, max_size=4))
 def test_lengths_are_those_of_the_paths(points: list[tuple[float, float]]) -> None:
     """`path_lengths_m` tells the length of what `path` returns, inf where there is none, and hardly minds direction."""
-    lengths_m = path_lengths_m(MAP, points[:2], points)
+    lengths_m = path_lengths_m(grid_of(MAP), points[:2], points)
     for row, start in enumerate(points[:2]):
         for column, goal in enumerate(points):
             try:
@@ -91,7 +91,7 @@ def test_lengths_are_those_of_the_paths(points: list[tuple[float, float]]) -> No
                 assert lengths_m[row, column] == math.inf
             assert lengths_m[row, column] >= math.dist(start, goal) - 1e-9
     both = [point for point in points[:2] if free(MAP_GRID, *point)]
-    there_and_back_m = path_lengths_m(MAP, both, both)
+    there_and_back_m = path_lengths_m(grid_of(MAP), both, both)
     assert there_and_back_m == pytest.approx(there_and_back_m.T, rel=0.05, abs=0.05)
 
 
@@ -194,7 +194,7 @@ def test_no_path_slips_between_touching_corners() -> None:
     cells = np.full((20, 20), FREE, dtype=np.int8)
     np.fill_diagonal(cells, OCCUPIED)
     grid = Grid(data=cells.tobytes(), rows=20, columns=20, resolution_m=0.05, x_m=0.0, y_m=0.0)
-    assert path_lengths_m(grid_message(grid, t_s=0.0), [(0.8, 0.2)], [(0.2, 0.8)]).tolist() == [[math.inf]]
+    assert path_lengths_m(grid, [(0.8, 0.2)], [(0.2, 0.8)]).tolist() == [[math.inf]]
 
 
 def test_parted_rooms_have_no_path() -> None:
@@ -202,7 +202,7 @@ def test_parted_rooms_have_no_path() -> None:
     grid = grid_message(inflated(grid_with((*WALLS, (2.95, 0.0, 3.05, 4.0))), RADIUS_M), t_s=0.0)
     with pytest.raises(ComputeFailed, match=r"NoPath.*\(1\.00, 1\.00\) to \(5\.00, 1\.00\).*obstacles part them"):
         found(at(1.0, 1.0), at(5.0, 1.0), grid=grid)
-    assert path_lengths_m(grid, [(1.0, 1.0)], [(5.0, 1.0), (1.0, 2.0)]).tolist() == [[math.inf, 1.0]]
+    assert path_lengths_m(grid_of(grid), [(1.0, 1.0)], [(5.0, 1.0), (1.0, 2.0)]).tolist() == [[math.inf, 1.0]]
 
 
 def test_bad_requests_are_refused() -> None:

@@ -1,0 +1,247 @@
+"""The command `concertmaster`: what `--help` says.
+
+Exit status: 0 done; 1 the task failed or was canceled; 2 the request or the knowledge is wrong, or no
+robot is capable, and nothing was begun; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from executive.errors import BadRequest
+from executive.fleet import Fleet, TaskHandle
+from executive.loop import TaskStatus
+from executive.pictures import draw_gantt, draw_top_view
+from executive.trace import FleetOpened, ProcessBegun, ProcessEnded, TraceEvent, narrate, read_trace
+from executive.wiring import site_map
+from kb.errors import ConcertmasterError
+from kb.files import SHIPPED
+from kb.problems import OntologyRejected
+from kb.store import KnowledgeBase
+from planner.plan import Plan
+
+OK, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
+
+_PROGRESS_EVERY_S = 1.0
+_WORTH_A_LINE_S = 0.5
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit status."""
+    options = _parser().parse_args(arguments)
+    try:
+        status: int = options.command(options)
+    except OntologyRejected as error:
+        _complain(str(error))
+        status = REFUSED
+    except ConcertmasterError as error:
+        _complain(f"concertmaster: {error}")
+        status = REFUSED if error.fault in ("request", "knowledge") else FAILED
+    except KeyboardInterrupt:
+        _complain("concertmaster: interrupted")
+        status = INTERRUPTED
+    except BrokenPipeError:  # the reader of our output has gone: head, less
+        sys.stderr.close()
+        status = OK
+    return status
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="concertmaster", description="Plan and conduct the work of several robots from a knowledge base."
+    )
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    run = commands.add_parser("run", help="do a task with the simulated fleet of a site")
+    _add_request(run)
+    run.add_argument("--out", type=Path, help="folder for trace and pictures (default: the next free runs/TASK-N)")
+    run.add_argument("--verbose", "-v", action="store_true", help="print every action, as `trace` does")
+    run.set_defaults(command=_run)
+
+    plan = commands.add_parser("plan", help="plan a task; nothing moves")
+    _add_request(plan)
+    plan.set_defaults(command=_plan)
+
+    trace = commands.add_parser("trace", help="print a trace, or draw it")
+    trace.add_argument("file", type=Path, help="a trace.jsonl that `run` wrote")
+    trace.add_argument("--gantt", type=Path, metavar="PNG", help="draw who did what when")
+    trace.add_argument("--top-view", type=Path, metavar="PNG", help="draw where the robots went")
+    trace.add_argument("--knowledge", type=Path, default=SHIPPED, help="folder of ontologies that has the site's map")
+    trace.set_defaults(command=_trace)
+
+    kb = commands.add_parser("kb", help="work with the knowledge base").add_subparsers(required=True, metavar="COMMAND")
+    check = kb.add_parser("check", help="check the ontology files of a site")
+    check.add_argument("--site", default="tue_lab", help="name of the site (default: %(default)s)")
+    check.add_argument("--knowledge", type=Path, default=SHIPPED, help="folder of ontologies (default: the shipped one)")
+    check.add_argument("--json", action="store_true", help="print problems as JSON")
+    check.set_defaults(command=_check)
+    return parser
+
+
+def _add_request(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("task", help="task type, such as FindEmptyDrink")
+    parser.add_argument("arguments", nargs="*", metavar="name=value", help="arguments, such as room=tue_lab")
+    parser.add_argument("--robots", type=int, help="at most so many robots take part (default: all)")
+    parser.add_argument("--site", default="tue_lab", help="name of the site (default: %(default)s)")
+    parser.add_argument("--scenario", help="shipped scenario or TOML file (default: the site's own)")
+    parser.add_argument("--knowledge", type=Path, help="folder of ontologies (default: the shipped one)")
+    parser.add_argument("--seed", type=int, help="of all chance in the simulator (default: the scenario's)")
+
+
+def _open(options: argparse.Namespace, trace: Path | None) -> Fleet:
+    scenario = options.scenario
+    return Fleet.open(
+        options.site,
+        scenario=Path(scenario) if scenario and scenario.endswith(".toml") else scenario,
+        knowledge=options.knowledge,
+        seed=options.seed,
+        trace=trace,
+    )
+
+
+def _arguments(options: argparse.Namespace) -> dict[str, str]:
+    arguments: dict[str, str] = {}
+    for given in options.arguments:
+        name, equals, value = given.partition("=")
+        if not equals:
+            raise BadRequest(given, f"{given!r} is no argument; write name=value, such as room=tue_lab")
+        arguments[name] = value
+    return arguments
+
+
+def _run(options: argparse.Namespace) -> int:
+    arguments = _arguments(options)
+    out = options.out or _next_free(Path("runs"), options.task)
+    with _open(options, out / "trace.jsonl") as fleet:
+        task = fleet.request(options.task, robots=options.robots, **arguments)
+        teller = _Teller(fleet, verbose=options.verbose)
+        try:
+            _wait(task, fleet, teller)
+        except KeyboardInterrupt:
+            task.cancel()
+        result = task.wait()
+        teller.tell()
+        if result.status is TaskStatus.REFUSED:
+            _complain(f"concertmaster: {task.name} was refused: {result.reason}")
+            return REFUSED
+        draw_gantt(fleet.trace, out / "gantt.png")
+        draw_top_view(fleet.trace, site_map(fleet.parts.knowledge.snapshot()), out / "top_view.png")
+    print(f"trace:    {out / 'trace.jsonl'}")
+    print(f"Gantt:    {out / 'gantt.png'}")
+    print(f"top view: {out / 'top_view.png'}")
+    match result.status:
+        case TaskStatus.COMPLETED:
+            return OK
+        case TaskStatus.CANCELED:
+            return INTERRUPTED
+        case _:
+            _complain(f"concertmaster: {task.name} {result.status}: {result.reason}")
+            return FAILED
+
+
+def _wait(task: TaskHandle, fleet: Fleet, teller: _Teller) -> None:
+    while task.wait_until(fleet.now_s + _PROGRESS_EVERY_S) is None:
+        teller.tell()
+
+
+class _Teller:
+    """Prints what has happened since it last did."""
+
+    def __init__(self, fleet: Fleet, *, verbose: bool) -> None:
+        self._fleet = fleet
+        self._verbose = verbose
+        self._told = 0
+        self._begun: dict[tuple[str, str], float] = {}
+
+    def tell(self) -> None:
+        events = self._fleet.trace[self._told :]
+        self._told += len(events)
+        for line in narrate(events) if self._verbose else self._briefly(events):
+            print(line, flush=True)
+
+    def _briefly(self, events: Sequence[TraceEvent]) -> Sequence[str]:
+        """Without the actions, but with the composite processes that take a while."""
+        lines: list[str] = []
+        for event in events:
+            match event:
+                case ProcessBegun():
+                    self._begun[event.task, event.process] = event.t_s
+                case ProcessEnded():
+                    took_s = event.t_s - self._begun.get((event.task, event.process), event.t_s)
+                    if took_s >= _WORTH_A_LINE_S:
+                        lines.append(f"done [{event.process}] at time {event.t_s:.2f}, after {took_s:.2f} s")
+                case _:
+                    lines += (line for line in narrate([event]) if not line.startswith("do ["))
+        return lines
+
+
+def _plan(options: argparse.Namespace) -> int:
+    arguments = _arguments(options)
+    with _open(options, None) as fleet:
+        plan, lacking = fleet.plan(options.task, robots=options.robots, **arguments)
+    print(f"{plan.status}: {plan.reason}")
+    _print_steps(plan)
+    for sentence in lacking:
+        _complain(sentence)
+    return OK if plan.solved else REFUSED
+
+
+def _print_steps(plan: Plan) -> None:
+    for step in plan.steps:
+        print(f"  [{step.action}] from {step.start_s:.2f} to {step.end_s:.2f}")
+
+
+def _trace(options: argparse.Namespace) -> int:
+    events = list(read_trace(options.file))
+    if options.gantt:
+        draw_gantt(events, options.gantt)
+        print(options.gantt)
+    if options.top_view:
+        opened = next((e for e in events if isinstance(e, FleetOpened)), None)
+        if opened is None:
+            raise BadRequest("file", f"{options.file} does not tell the site, so its map is not known")
+        knowledge = KnowledgeBase(opened.site, options.knowledge)
+        draw_top_view(events, site_map(knowledge.snapshot()), options.top_view)
+        knowledge.close()
+        print(options.top_view)
+    if not options.gantt and not options.top_view:
+        for line in narrate(events):
+            print(line)
+    return OK
+
+
+def _check(options: argparse.Namespace) -> int:
+    try:
+        knowledge = KnowledgeBase(options.site, options.knowledge)
+    except OntologyRejected as rejected:
+        if not options.json:
+            raise
+        told = [
+            {"file": str(p.file), "line": p.line, "code": p.code, "entity": p.entity, "message": p.message}
+            for p in rejected.problems
+        ]
+        print(json.dumps(told, indent=2, ensure_ascii=False))
+        return REFUSED
+    files = knowledge.snapshot().ontology.files.files
+    knowledge.close()
+    print("[]" if options.json else f"{options.site}: {len(files)} files, no problems")
+    return OK
+
+
+def _next_free(folder: Path, task: str) -> Path:
+    number = 1
+    while (folder / f"{task}-{number}").exists():
+        number += 1
+    return folder / f"{task}-{number}"
+
+
+def _complain(message: str) -> None:
+    print(message, file=sys.stderr)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,150 @@
+"""The Python API: open a fleet, file a task, wait for its result.
+
+    from executive import Fleet
+
+    with Fleet.open("tue_lab") as fleet:
+        task = fleet.request("FindEmptyDrink", room="tue_lab", robots=2)
+        result = task.wait()            # result.status, result.reason, result.plan, result.outputs
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from executive import loop
+from executive.request import check_request
+from executive.shell import TaskResult
+from executive.trace import TraceEvent
+from executive.wiring import Parts, open_simulated
+from kb.errors import InternalError
+from planner.plan import Plan
+
+
+class TaskHandle:
+    """A task that was accepted."""
+
+    def __init__(self, name: str, parts: Parts) -> None:
+        self.name = name
+        self._parts = parts
+
+    @property
+    def status(self) -> loop.TaskStatus:
+        """Where the task is in its life."""
+        status = self._parts.shell.status(self.name)
+        if status is None:
+            raise InternalError(f"{self.name} is neither underway nor ended")
+        return status
+
+    def wait(self) -> TaskResult:
+        """Let time pass until the task has ended.
+
+        Returns:
+            How it ended: completed, failed, refused (no robot is capable) or canceled, with the reason.
+        """
+        results = self._parts.shell.results
+        if not self._parts.clock.run_until(lambda: self.name in results):
+            raise InternalError(f"{self.name} has not ended, but nothing is left to happen")
+        return results[self.name]
+
+    def wait_until(self, t_s: float) -> TaskResult | None:
+        """Let time pass until the task has ended or the clock shows `t_s`; the result if it has ended."""
+        clock, results = self._parts.clock, self._parts.shell.results
+        clock.call_at(t_s, lambda: None)
+        clock.run_until(lambda: self.name in results or clock.now_s >= t_s)
+        return results.get(self.name)
+
+    def cancel(self) -> None:
+        """End the task now; robots get no further command from it. Nothing happens if it has ended."""
+        self._parts.shell.post(loop.CancelRequested(task=self.name))
+
+
+class Fleet:
+    """The robots of a site, ready to work. Make one with `Fleet.open`, close it when done."""
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+        self._counts: dict[str, int] = {}
+
+    @classmethod
+    def open(
+        cls,
+        site: str,
+        *,
+        scenario: str | Path | None = None,
+        knowledge: Path | None = None,
+        seed: int | None = None,
+        trace: Path | None = None,
+    ) -> Self:
+        """Load the knowledge of a site and start its simulated robots.
+
+        Args:
+            site: Name of the site: `sites/<site>/<site>.owl` in the knowledge folder.
+            scenario: What the simulated world is like: name of a shipped scenario, or a TOML file. The first
+                shipped one for the site if left out.
+            knowledge: Folder of ontologies; the shipped ones if left out.
+            seed: Of all chance in the simulator; the scenario's if left out.
+            trace: Where to write the trace (JSON Lines); it is kept in memory in any case.
+
+        Raises:
+            ConcertmasterError: Something given is not usable; nothing was started.
+        """
+        return cls(open_simulated(site, scenario=scenario, knowledge=knowledge, seed=seed, trace=trace))
+
+    def request(self, process: str, /, *, robots: int | None = None, **arguments: str) -> TaskHandle:
+        """File a task.
+
+        Args:
+            process: Task type: a process of the knowledge base.
+            robots: At most so many robots take part; all if left out.
+            **arguments: Individuals for the inputs of the process, by name.
+
+        Raises:
+            BadRequest: Something about the request is wrong; nothing was done.
+        """
+        request = check_request(process, arguments, robots, self._parts.knowledge.snapshot())
+        count = self._counts.get(process, 0) + 1
+        self._counts[process] = count
+        name = f"{process}-{count}"
+        self._parts.shell.post(loop.Requested(task=name, request=request))
+        return TaskHandle(name, self._parts)
+
+    def plan(self, process: str, /, *, robots: int | None = None, **arguments: str) -> tuple[Plan, tuple[str, ...]]:
+        """Plan a task without doing it; arguments as for `request`.
+
+        Returns:
+            The plan, and, if there is none, which robots lack which capability, a sentence each.
+        """
+        request = check_request(process, arguments, robots, self._parts.knowledge.snapshot())
+        return self._parts.shell.plan(request)
+
+    @property
+    def trace(self) -> Sequence[TraceEvent]:
+        """Every event so far."""
+        return self._parts.shell.recorder.events
+
+    @property
+    def now_s(self) -> float:
+        """Seconds since the fleet was opened."""
+        return self._parts.clock.now_s
+
+    @property
+    def parts(self) -> Parts:
+        """What the fleet consists of, for tests and scoring."""
+        return self._parts
+
+    def close(self) -> None:
+        """Stop everything and write the trace out."""
+        self._parts.shell.recorder.close()
+        self._parts.simulation.close()
+        self._parts.knowledge.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,455 @@
+"""The loop: from a request to moving robots and back, in nine stages.
+
+    1 request    check_request      executive/request.py
+    2 knowledge  ReadKnowledge      kb/store.py
+    3 program    CompileProgram     kb/compiler.py
+    4 plan       MakePlan           planner/planner.py
+    5 action     AskActions         planner/golog/steps.pl
+    6 ground     StartAction        grounding/ground.py
+    7 call       StartAction        grounding/transport.py
+    8 outcome    OutcomeArrived     grounding/outcome.py
+    9 report     ReportOutcome      planner/golog/steps.pl, kb/store.py: back to 5, or to 4 after a failure
+
+`step` is the whole of it: a pure function from a state and an event to the next state and the commands
+to carry out. It reads no clock and does no I/O; executive/shell.py carries the commands out and feeds
+what comes of them back as events, one at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from types import MappingProxyType
+from typing import TypeAlias, assert_never
+
+from executive import trace
+from executive.request import TaskRequest
+from executive.trace import TraceEvent
+from grounding.outcome import Outcome
+from kb.errors import InternalError
+from kb.terms import Action, Value
+from planner.plan import Plan
+from planner.planner import Begun, Ended, Progress, Started, Told
+
+
+class TaskStatus(StrEnum):
+    """Where a task is in its life (the words of Open-RMF)."""
+
+    QUEUED = "queued"
+    UNDERWAY = "underway"
+    COMPLETED = "completed"
+    FAILED = "failed"
+    CANCELED = "canceled"
+    REFUSED = "refused"
+    """No robot of the fleet is capable, so nothing was begun."""
+
+    @property
+    def is_final(self) -> bool:
+        """Whether nothing more will happen to the task."""
+        return self not in (TaskStatus.QUEUED, TaskStatus.UNDERWAY)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """A task that has not ended.
+
+    Attributes:
+        trouble: Why it is being planned anew; empty as long as nothing has failed.
+    """
+
+    name: str
+    request: TaskRequest
+    status: TaskStatus
+    accepted_s: float
+    trouble: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Running:
+    """An action whose service has been called."""
+
+    task: str
+    action: Action
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class State:
+    """All that the executive has to know to go on.
+
+    Attributes:
+        tasks: By name, in order of arrival: the first is underway, the others are queued.
+        running: By number of the action.
+        leases: Number of the action that each busy robot is doing.
+        next_number: Of the next action; never used twice.
+    """
+
+    tasks: Mapping[str, Task] = field(default_factory=lambda: MappingProxyType({}))
+    running: Mapping[int, Running] = field(default_factory=lambda: MappingProxyType({}))
+    leases: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    next_number: int = 1
+
+
+# Events
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Requested:
+    """A person asks for a task; the request is well formed."""
+
+    task: str
+    request: TaskRequest
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnowledgeWasRead:
+    """The task has its snapshot."""
+
+    task: str
+    facts_told: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProgramWasCompiled:
+    """The task has its Golog program."""
+
+    task: str
+    program: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanWasMade:
+    """The planner has decided, or found that there is nothing to decide.
+
+    Attributes:
+        lacking: Which robots lack which capability, a sentence each.
+    """
+
+    task: str
+    plan: Plan
+    lacking: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ActionsAreReady:
+    """The planner says what may start now."""
+
+    task: str
+    progress: Progress
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OutcomeArrived:
+    """An action has ended.
+
+    Attributes:
+        planned_s: How long it was expected to take.
+        shown: Its outputs as far as the trace shows them.
+    """
+
+    number: int
+    outcome: Outcome
+    planned_s: float
+    shown: Mapping[str, bool | list[float]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FailureWasReported:
+    """The planner has taken a failure in.
+
+    Attributes:
+        excluded: The individual that is not chosen again for this; None if the program leaves no choice.
+    """
+
+    task: str
+    excluded: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CancelRequested:
+    """A person wants a task to end."""
+
+    task: str
+
+
+Event: TypeAlias = (
+    Requested
+    | KnowledgeWasRead
+    | ProgramWasCompiled
+    | PlanWasMade
+    | ActionsAreReady
+    | OutcomeArrived
+    | FailureWasReported
+    | CancelRequested
+)
+
+
+# Commands
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReadKnowledge:
+    """Take a snapshot for a task: KnowledgeWasRead follows."""
+
+    task: str
+    request: TaskRequest
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CompileProgram:
+    """Compile the task's process: ProgramWasCompiled follows."""
+
+    task: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MakePlan:
+    """Plan what remains of a task: PlanWasMade follows."""
+
+    task: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AskActions:
+    """Ask what may start now: ActionsAreReady follows."""
+
+    task: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StartAction:
+    """Ground an action and call its service: OutcomeArrived follows, whatever happens."""
+
+    number: int
+    task: str
+    action: Action
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReportOutcome:
+    """Tell the planner how an action ended: ActionsAreReady or FailureWasReported follows."""
+
+    task: str
+    action: Action
+    outcome: Outcome
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tell:
+    """Tell the knowledge base a fact."""
+
+    task: str
+    prop: str
+    subject: str
+    value: Value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Record:
+    """Write an event to the trace."""
+
+    event: TraceEvent
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FinishTask:
+    """A task has ended: keep its result, let go of what it used."""
+
+    task: str
+    status: TaskStatus
+    reason: str
+    took_s: float
+
+
+Command: TypeAlias = (
+    ReadKnowledge | CompileProgram | MakePlan | AskActions | StartAction | ReportOutcome | Tell | Record | FinishTask
+)
+Step: TypeAlias = tuple[State, list[Command]]
+
+
+def step(state: State, event: Event, now_s: float) -> Step:
+    """What an event leads to."""
+    match event:
+        case Requested():
+            return _accept(state, event, now_s)
+        case KnowledgeWasRead(task=task):
+            told = trace.KnowledgeRead(t_s=now_s, task=task, facts_told=event.facts_told)
+            return _if_alive(state, task, [Record(event=told), CompileProgram(task=task)])
+        case ProgramWasCompiled(task=task):
+            compiled = trace.ProgramCompiled(t_s=now_s, task=task, program=event.program)
+            return _if_alive(state, task, [Record(event=compiled), MakePlan(task=task)])
+        case PlanWasMade():
+            return _take_plan(state, event, now_s)
+        case ActionsAreReady():
+            return _start_actions(state, event, now_s)
+        case OutcomeArrived():
+            return _take_outcome(state, event, now_s)
+        case FailureWasReported():
+            return _recover(state, event, now_s)
+        case CancelRequested(task=task):
+            return _finish(state, task, TaskStatus.CANCELED, "canceled by request", now_s)
+        case _:
+            assert_never(event)
+
+
+def _if_alive(state: State, task: str, commands: list[Command]) -> Step:
+    """What comes of a task that has ended meanwhile leads to nothing."""
+    return state, commands if task in state.tasks else []
+
+
+def _accept(state: State, event: Requested, now_s: float) -> Step:
+    request = event.request
+    task = Task(name=event.task, request=request, status=TaskStatus.QUEUED, accepted_s=now_s)
+    accepted = trace.TaskAccepted(
+        t_s=now_s,
+        task=task.name,
+        process=request.process,
+        arguments=dict(request.arguments),
+        robots=request.robots,
+    )
+    ahead = ", ".join(state.tasks)
+    reason = f"waits for {ahead}" if ahead else "is next"
+    state = replace(state, tasks={**state.tasks, task.name: task})
+    commands: list[Command] = [Record(event=accepted), _status(task.name, TaskStatus.QUEUED, reason, now_s)]
+    return (state, commands) if ahead else _begin_next(state, commands, now_s)
+
+
+def _begin_next(state: State, commands: list[Command], now_s: float) -> Step:
+    """The fleet is free: the task that has waited longest goes on to stage 2."""
+    for task in state.tasks.values():
+        underway = replace(task, status=TaskStatus.UNDERWAY)
+        commands += [
+            _status(task.name, TaskStatus.UNDERWAY, "the fleet is free", now_s),
+            ReadKnowledge(task=task.name, request=task.request),
+        ]
+        return replace(state, tasks={**state.tasks, task.name: underway}), commands
+    return state, commands
+
+
+def _take_plan(state: State, event: PlanWasMade, now_s: float) -> Step:
+    task, plan = state.tasks.get(event.task), event.plan
+    if task is None:
+        return state, []
+    if plan.solved:
+        steps = [(str(s.action), s.action.robot or "", s.start_s, s.end_s) for s in plan.steps]
+        made = trace.PlanMade(
+            t_s=now_s,
+            task=task.name,
+            status=plan.status,
+            makespan_s=plan.makespan_s,
+            lower_bound_s=plan.lower_bound_s,
+            steps=steps,
+            reason=plan.reason,
+        )
+        return state, [Record(event=made), AskActions(task=task.name)]
+    reason = "; ".join([*([task.trouble] if task.trouble else []), plan.reason, *event.lacking])
+    failed = trace.PlanFailed(t_s=now_s, task=task.name, status=plan.status, reason=reason)
+    status = TaskStatus.FAILED if task.trouble else TaskStatus.REFUSED
+    state, commands = _finish(state, task.name, status, reason, now_s)
+    return state, [Record(event=failed), *commands]
+
+
+def _start_actions(state: State, event: ActionsAreReady, now_s: float) -> Step:
+    task = event.task
+    if task not in state.tasks:
+        return state, []
+    commands: list[Command] = []
+    running, leases, number = dict(state.running), dict(state.leases), state.next_number
+    for happened in event.progress.events:
+        match happened:
+            case Begun(action=action):
+                begun = trace.ProcessBegun(t_s=now_s, task=task, process=str(action), robot=action.robot or "")
+                commands.append(Record(event=begun))
+            case Ended(action=action):
+                ended = trace.ProcessEnded(t_s=now_s, task=task, process=str(action), robot=action.robot or "")
+                commands.append(Record(event=ended))
+            case Told():
+                told = Tell(task=task, prop=happened.prop, subject=happened.subject, value=happened.value)
+                commands.append(told)
+            case Started(action=action):
+                if action.robot is not None:
+                    if action.robot in leases:
+                        raise InternalError(f"{action} is to start, but {action.robot} is still busy")
+                    leases[action.robot] = number
+                running[number] = Running(task=task, action=action)
+                ready = trace.ActionReady(
+                    t_s=now_s, task=task, action=str(action), robot=action.robot or "", number=number
+                )
+                commands += [Record(event=ready), StartAction(number=number, task=task, action=action)]
+                number += 1
+            case _:
+                assert_never(happened)
+    state = replace(state, running=running, leases=leases, next_number=number)
+    if event.progress.done:
+        state, ending = _finish(state, task, TaskStatus.COMPLETED, "everything asked for is done", now_s)
+        return state, commands + ending
+    if event.progress.running == 0:
+        state, ending = _finish(state, task, TaskStatus.FAILED, "the program can neither go on nor end", now_s)
+        return state, commands + ending
+    return state, commands
+
+
+def _take_outcome(state: State, event: OutcomeArrived, now_s: float) -> Step:
+    ended = state.running.get(event.number)
+    if ended is None:  # a late reply, or one to a task that has ended
+        return state, []
+    action, outcome = ended.action, event.outcome
+    finished = trace.ActionFinished(
+        t_s=now_s,
+        task=ended.task,
+        action=str(action),
+        robot=action.robot or "",
+        number=event.number,
+        outcome=outcome.status,
+        failure=outcome.failure,
+        reason=outcome.reason,
+        planned_s=event.planned_s,
+        elapsed_s=outcome.elapsed_s,
+        outputs=dict(event.shown),
+    )
+    state = _let_go(state, lambda number, _: number == event.number)
+    tasks = state.tasks
+    if not outcome.succeeded:
+        trouble = f"{action} {outcome.status}: {outcome.failure}, {outcome.reason}"
+        tasks = {**tasks, ended.task: replace(tasks[ended.task], trouble=trouble)}
+    report = ReportOutcome(task=ended.task, action=action, outcome=outcome)
+    return replace(state, tasks=tasks), [Record(event=finished), report]
+
+
+def _recover(state: State, event: FailureWasReported, now_s: float) -> Step:
+    task = state.tasks.get(event.task)
+    if task is None:
+        return state, []
+    if event.excluded is None:
+        return _finish(state, task.name, TaskStatus.FAILED, f"{task.trouble}; there is no other way to do it", now_s)
+    reason = f"{task.trouble}; {event.excluded} is not tried again for this"
+    anew = trace.Replanned(t_s=now_s, task=task.name, reason=reason)
+    return state, [Record(event=anew), MakePlan(task=task.name)]
+
+
+def _finish(state: State, name: str, status: TaskStatus, reason: str, now_s: float) -> Step:
+    task = state.tasks.get(name)
+    if task is None:
+        return state, []
+    state = _let_go(state, lambda _, running: running.task == name)
+    state = replace(state, tasks={n: t for n, t in state.tasks.items() if n != name})
+    took_s = now_s - task.accepted_s
+    commands: list[Command] = [
+        _status(name, status, reason, now_s),
+        FinishTask(task=name, status=status, reason=reason, took_s=took_s),
+    ]
+    return _begin_next(state, commands, now_s) if task.status is TaskStatus.UNDERWAY else (state, commands)
+
+
+def _let_go(state: State, which: Callable[[int, Running], bool]) -> State:
+    """Forget actions and the leases that they held."""
+    gone = {number for number, running in state.running.items() if which(number, running)}
+    return replace(
+        state,
+        running={n: r for n, r in state.running.items() if n not in gone},
+        leases={robot: n for robot, n in state.leases.items() if n not in gone},
+    )
+
+
+def _status(task: str, status: TaskStatus, reason: str, now_s: float) -> Record:
+    return Record(event=trace.TaskStatusChanged(t_s=now_s, task=task, status=status, reason=reason))

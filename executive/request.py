@@ -1,0 +1,78 @@
+"""Stage 1: a request, checked against the ontology before anything else happens."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from executive.errors import BadRequest
+from kb.processes import Process
+from kb.store import Snapshot
+from kb.vocabulary import Kind
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskRequest:
+    """A well-formed request.
+
+    Attributes:
+        process: The process that accomplishes the task.
+        arguments: Individuals by the names of its inputs.
+        robots: At most so many robots take part.
+    """
+
+    process: str
+    arguments: Mapping[str, str]
+    robots: int
+
+
+def check_request(
+    process: str, arguments: Mapping[str, object], robots: int | None, snapshot: Snapshot
+) -> TaskRequest:
+    """Make a request of what a person asked for.
+
+    Raises:
+        BadRequest: Unknown task type, unknown or missing argument, an argument of the wrong type, no robots.
+    """
+    found = snapshot.processes.get(process)
+    if found is None:
+        known = sorted(snapshot.processes)
+        raise BadRequest(process, f"there is no task type {process!r}; {_near(process, known, 'there is')}")
+    wanted = {p.name: p for p in found.inputs}
+    for name in arguments:
+        if name not in wanted:
+            raise BadRequest(name, f"{process} has no argument {name!r}; it takes {_signature(found)}")
+    checked: dict[str, str] = {}
+    for name, parameter in wanted.items():
+        if name not in arguments:
+            raise BadRequest(name, f"{process} needs the argument {name!r}, a {parameter.kind}; it takes {_signature(found)}")
+        if parameter.is_datum:
+            raise BadRequest(name, f"{process} needs {name!r}, which only another step can make; ask for a task instead")
+        checked[name] = _individual(arguments[name], name, parameter.kind, process, snapshot)
+    fleet = snapshot.ontology.individuals(Kind.ROBOT)
+    limit = len(fleet) if robots is None else robots
+    if isinstance(limit, bool) or not isinstance(limit, int) or limit < 1:
+        raise BadRequest("robots", f"robots={limit!r} is no upper limit of robots; give a number from 1 to {len(fleet)}")
+    return TaskRequest(process=process, arguments=checked, robots=limit)
+
+
+def _individual(value: object, name: str, kind: str, process: str, snapshot: Snapshot) -> str:
+    right = snapshot.ontology.individuals(kind)
+    if not isinstance(value, str):
+        raise BadRequest(name, f"{name}={value!r} of {process} is a {type(value).__name__}; give the name of a {kind}")
+    if value not in snapshot.ontology.kinds:
+        raise BadRequest(name, f"{name}={value!r} of {process} is not known; {_near(value, right, f'a {kind} is')}")
+    if value not in right:
+        own = snapshot.ontology.kind_of(value)
+        raise BadRequest(name, f"{name}={value!r} of {process} is a {own}, not a {kind}; {_near(value, right, f'a {kind} is')}")
+    return value
+
+
+def _near(wrong: str, right: list[str], there_is: str) -> str:
+    near = difflib.get_close_matches(wrong, right, n=1)
+    return f"did you mean {near[0]}?" if near else f"{there_is} {', '.join(right) or 'none'}"
+
+
+def _signature(process: Process) -> str:
+    return ", ".join(f"{p.name} (a {p.kind})" for p in process.inputs) or "no arguments"

@@ -1,0 +1,289 @@
+"""The shell around the loop: carries out its commands and feeds back what comes of them.
+
+Here are the clock, the transport, the knowledge base, the planner's sessions, the messages that steps
+hand on, and the recorder. Events are taken one at a time, in order.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, assert_never
+
+from executive import loop, trace
+from executive.recorder import Recorder
+from executive.request import TaskRequest
+from executive.travel import travel_times
+from grounding.errors import GroundingError
+from grounding.ground import ground
+from grounding.messages import PointStamped, PoseStamped, xyyaw
+from grounding.outcome import Outcome, interpret, refused, timed_out
+from grounding.transport import ServiceReply, Transport
+from kb.clock import Clock
+from kb.processes import Role
+from kb.store import KnowledgeBase, Snapshot
+from kb.terms import Action, Data, Fluent, Value
+from kb.vocabulary import Property
+from planner.plan import Plan
+from planner.planner import Session
+
+PLANNING_S = 0.1
+"""Under simulated time, making a plan takes so long."""
+
+DECIDING_S = 0.001
+"""Under simulated time, each decision of what may start now takes so long."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskResult:
+    """How a task ended.
+
+    Attributes:
+        plan: The last plan that was made; None if it never came to that.
+        outputs: By output of the process; where a for-each made one for each individual, by individual.
+        took_s: From acceptance to the end.
+    """
+
+    status: loop.TaskStatus
+    reason: str
+    plan: Plan | None
+    outputs: Mapping[str, Any]
+    took_s: float
+
+
+class Shell:
+    """One executive: one fleet, one queue of events."""
+
+    def __init__(self, knowledge: KnowledgeBase, transport: Transport, clock: Clock, recorder: Recorder) -> None:
+        self.clock = clock
+        self.recorder = recorder
+        self.results: dict[str, TaskResult] = {}
+        self._knowledge = knowledge
+        self._transport = transport
+        self._state = loop.State()
+        self._events: deque[loop.Event] = deque()
+        self._taking_events = False
+        self._snapshots: dict[str, Snapshot] = {}
+        self._requests: dict[str, TaskRequest] = {}
+        self._sessions: dict[str, Session] = {}
+        self._plans: dict[str, Plan] = {}
+        self._messages: dict[str, object] = {}
+
+    def post(self, event: loop.Event) -> None:
+        """Take an event in, and carry out all that it leads to now."""
+        self._events.append(event)
+        if self._taking_events:
+            return
+        self._taking_events = True
+        try:
+            while self._events:
+                self._state, commands = loop.step(self._state, self._events.popleft(), self.clock.now_s)
+                for command in commands:
+                    self._carry_out(command)
+        finally:
+            self._taking_events = False
+
+    def status(self, task: str) -> loop.TaskStatus | None:
+        """Where a task is in its life; None if there is no such task."""
+        if task in self.results:
+            return self.results[task].status
+        found = self._state.tasks.get(task)
+        return found.status if found else None
+
+    def plan(self, request: TaskRequest) -> tuple[Plan, tuple[str, ...]]:
+        """Plan a request without doing it; with the capabilities that robots lack, if there is no plan."""
+        session = Session("plan", self._knowledge.snapshot(), request.process, request.arguments, robots=request.robots)
+        try:
+            return self._made_plan(session)
+        finally:
+            session.close()
+
+    def remember(self, fluent: Fluent, message: object) -> None:
+        """Keep a message as the value of a fluent, as told before anything has moved."""
+        self._messages[fluent.place] = message
+
+    def _post_after(self, seconds: float, event: loop.Event) -> None:
+        self.clock.call_at(self.clock.now_s + seconds, lambda: self.post(event))
+
+    def _carry_out(self, command: loop.Command) -> None:
+        match command:
+            case loop.Record(event=event):
+                self.recorder.record(event)
+            case loop.ReadKnowledge(task=task, request=request):
+                snapshot = self._knowledge.snapshot()
+                self._snapshots[task] = snapshot
+                self._requests[task] = request
+                self.post(loop.KnowledgeWasRead(task=task, facts_told=snapshot.state))
+            case loop.CompileProgram(task=task):
+                self._compile(task)
+            case loop.MakePlan(task=task):
+                self._plan(task)
+            case loop.AskActions(task=task):
+                progress = self._sessions[task].next_actions(now_s=self.clock.now_s)
+                self.post(loop.ActionsAreReady(task=task, progress=progress))
+            case loop.StartAction(number=number, task=task, action=action):
+                self._start(number, task, action)
+            case loop.ReportOutcome(task=task, action=action, outcome=outcome):
+                self._report(task, action, outcome)
+            case loop.Tell():
+                self._tell(command)
+            case loop.FinishTask():
+                self._finish(command)
+            case _:
+                assert_never(command)
+
+    def _compile(self, task: str) -> None:
+        snapshot, request = self._snapshots[task], self._requests[task]
+        program = snapshot.program(request.process)
+        self._sessions[task] = Session(task, snapshot, request.process, request.arguments, robots=request.robots)
+        self.post(loop.ProgramWasCompiled(task=task, program=program.text))
+
+    def _plan(self, task: str) -> None:
+        plan, lacking = self._made_plan(self._sessions[task])
+        self._plans[task] = plan
+        self._post_after(PLANNING_S, loop.PlanWasMade(task=task, plan=plan, lacking=lacking))
+
+    def _made_plan(self, session: Session) -> tuple[Plan, tuple[str, ...]]:
+        snapshot, now_s = self._knowledge.snapshot(), self.clock.now_s
+
+        def times(robots_to: Mapping[str, Sequence[str]]) -> dict[tuple[str, str, str], float]:
+            return travel_times(robots_to, snapshot, self._pose_estimate, t_s=now_s)
+
+        plan = session.plan(times, now_s=now_s + PLANNING_S)
+        if plan.solved:
+            return plan, ()
+        return plan, tuple(_lack(e.process, e.robot, e.capability, snapshot) for e in session.exclusions())
+
+    def _pose_estimate(self, robot: str) -> PoseStamped:
+        pose = self._messages[Fluent(Property.HAS_POSE_ESTIMATE, robot).place]
+        assert isinstance(pose, PoseStamped)
+        return pose
+
+    def _start(self, number: int, task: str, action: Action) -> None:
+        snapshot, called_s = self._snapshots[task], self.clock.now_s
+        grounding = snapshot.groundings[action.process]
+
+        def ended(outcome: Outcome) -> None:
+            if number not in self._state.running:
+                return  # a late reply
+            self._keep(action, outcome)
+            shown = {name: value for name, o in outcome.outputs.items() if (value := _shown(o)) is not None}
+            self.post(
+                loop.OutcomeArrived(number=number, outcome=outcome, planned_s=grounding.duration_s, shown=shown)
+            )
+
+        def deliver(reply: ServiceReply) -> None:
+            ended(interpret(reply, grounding, elapsed_s=self.clock.now_s - called_s))
+
+        try:
+            call = ground(action, snapshot, self._messages, call_id=number, t_s=called_s)
+        except GroundingError as error:
+            outcome = refused(error)
+            self.clock.call_at(called_s, lambda: ended(outcome))
+            return
+        self.recorder.record(
+            trace.ActionStarted(
+                t_s=called_s,
+                task=task,
+                action=str(action),
+                robot=action.robot or "",
+                number=number,
+                service=call.service,
+            )
+        )
+        self._transport.call(call, deliver)
+        self.clock.call_at(called_s + call.timeout_s, lambda: ended(timed_out(grounding)))
+
+    def _keep(self, action: Action, outcome: Outcome) -> None:
+        for name, value in outcome.outputs.items():
+            place = action.argument(name)
+            if isinstance(place, Data):
+                self._messages[place.place] = value
+
+    def _report(self, task: str, action: Action, outcome: Outcome) -> None:
+        session, then_s = self._sessions[task], self.clock.now_s + DECIDING_S
+        if outcome.succeeded:
+            truths = {name: value for name, value in outcome.outputs.items() if isinstance(value, bool)}
+            progress = session.succeeded(action, truths, now_s=then_s)
+            self._post_after(DECIDING_S, loop.ActionsAreReady(task=task, progress=progress))
+        else:
+            excluded = session.failed(action, now_s=then_s)
+            self._post_after(DECIDING_S, loop.FailureWasReported(task=task, excluded=excluded))
+
+    def _tell(self, fact: loop.Tell) -> None:
+        if isinstance(fact.value, Data | Fluent):
+            message = self._messages.get(fact.value.place)
+            self._messages[Fluent(fact.prop, fact.subject).place] = message
+            value: Any = _shown(message)
+        else:
+            self._knowledge.tell(fact.prop, fact.subject, fact.value)
+            value = fact.value
+        self.recorder.record(
+            trace.FactsTold(t_s=self.clock.now_s, task=fact.task, prop=fact.prop, subject=fact.subject, value=value)
+        )
+
+    def _finish(self, finish: loop.FinishTask) -> None:
+        task = finish.task
+        outputs = self._outputs(task)
+        self.results[task] = TaskResult(
+            status=finish.status, reason=finish.reason, plan=self._plans.get(task), outputs=outputs, took_s=finish.took_s
+        )
+        self.recorder.record(
+            trace.TaskFinished(
+                t_s=self.clock.now_s,
+                task=task,
+                status=finish.status,
+                reason=finish.reason,
+                took_s=finish.took_s,
+                outputs={name: _shown_output(value) for name, value in outputs.items()},
+            )
+        )
+        if task in self._sessions:
+            self._sessions.pop(task).close()
+        self._messages = {p: m for p, m in self._messages.items() if not p.startswith(f"{task}/")}
+
+    def _outputs(self, task: str) -> dict[str, Any]:
+        """What the task's process gives back: one message, or one for each turn of a for-each."""
+        if task not in self._requests:
+            return {}
+        process = self._snapshots[task].processes[self._requests[task].process]
+        outputs: dict[str, Any] = {}
+        for parameter in process.parameters:
+            if parameter.role is not Role.OUTPUT:
+                continue
+            whole = self._messages.get(f"{task}/{parameter.name}")
+            turns = {
+                path[-2]: message
+                for place, message in sorted(self._messages.items())
+                if place.startswith(f"{task}/task/") and len(path := place.split("/")) == _TURN and path[-1] == parameter.name
+            }
+            outputs[parameter.name] = turns or whole
+        return outputs
+
+
+_TURN = 5
+"""Parts of the place of an output of a turn: task, `task`, the for-each, the turn, the output."""
+
+
+def _lack(process: str, robot: str, capability: str, snapshot: Snapshot) -> str:
+    means = snapshot.ontology.definition(capability)
+    told = f" ({means})" if means else ""
+    return f"{robot} cannot do {process}: it is no {capability}{told}"
+
+
+def _shown(message: object) -> bool | list[float] | None:
+    """A message as the trace shows it, if it does."""
+    match message:
+        case bool():
+            return message
+        case PoseStamped():
+            return [round(v, 6) for v in xyyaw(message.pose)]
+        case PointStamped():
+            return [round(v, 6) for v in (message.point.x, message.point.y, message.point.z)]
+        case _:
+            return None
+
+
+def _shown_output(value: Any) -> Any:
+    return {name: _shown(v) for name, v in value.items()} if isinstance(value, dict) else _shown(value)

@@ -1,0 +1,280 @@
+"""The trace: every event that an executive records, each declared once.
+
+A trace file holds one event a line, as JSON with its `kind`. Fields may be added, with a default;
+their meaning never changes, and a kind is never used again for something else. Times are seconds since
+the fleet was opened; wall times never enter a trace, so that the same seed gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, ClassVar, Literal, TypeAlias, get_args
+
+from executive.errors import BadTrace
+from kb.vocabulary import Property
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FleetOpened:
+    """The executive is ready: which knowledge, which world, which chance."""
+
+    kind: ClassVar[Literal["fleet_opened"]] = "fleet_opened"
+    t_s: float
+    site: str
+    robots: list[str]
+    knowledge: str
+    seed: int | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskAccepted:
+    """A request is well formed; it waits for its turn."""
+
+    kind: ClassVar[Literal["task_accepted"]] = "task_accepted"
+    t_s: float
+    task: str
+    process: str
+    arguments: dict[str, str]
+    robots: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskStatusChanged:
+    """A task has another status now, and why."""
+
+    kind: ClassVar[Literal["task_status_changed"]] = "task_status_changed"
+    t_s: float
+    task: str
+    status: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnowledgeRead:
+    """The snapshot of facts that a task is planned on."""
+
+    kind: ClassVar[Literal["knowledge_read"]] = "knowledge_read"
+    t_s: float
+    task: str
+    facts_told: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProgramCompiled:
+    """The Golog program of a task."""
+
+    kind: ClassVar[Literal["program_compiled"]] = "program_compiled"
+    t_s: float
+    task: str
+    program: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanMade:
+    """A plan: its steps as [action, robot, start, end], and how good it is."""
+
+    kind: ClassVar[Literal["plan_made"]] = "plan_made"
+    t_s: float
+    task: str
+    status: str
+    makespan_s: float
+    lower_bound_s: float
+    steps: list[tuple[str, str, float, float]]
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanFailed:
+    """There is no plan, and why."""
+
+    kind: ClassVar[Literal["plan_failed"]] = "plan_failed"
+    t_s: float
+    task: str
+    status: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProcessBegun:
+    """A composite process has begun with its first action."""
+
+    kind: ClassVar[Literal["process_begun"]] = "process_begun"
+    t_s: float
+    task: str
+    process: str
+    robot: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProcessEnded:
+    """A composite process has ended."""
+
+    kind: ClassVar[Literal["process_ended"]] = "process_ended"
+    t_s: float
+    task: str
+    process: str
+    robot: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ActionReady:
+    """The planner says that an action may start."""
+
+    kind: ClassVar[Literal["action_ready"]] = "action_ready"
+    t_s: float
+    task: str
+    action: str
+    robot: str
+    number: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ActionStarted:
+    """An action's service has been called."""
+
+    kind: ClassVar[Literal["action_started"]] = "action_started"
+    t_s: float
+    task: str
+    action: str
+    robot: str
+    number: int
+    service: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ActionFinished:
+    """An action has ended: how, how long it took, and what it found out.
+
+    `outputs` holds truth values, poses [x, y, yaw] and points [x, y, z]; other messages are left out.
+    """
+
+    kind: ClassVar[Literal["action_finished"]] = "action_finished"
+    t_s: float
+    task: str
+    action: str
+    robot: str
+    number: int
+    outcome: str
+    failure: str
+    reason: str
+    planned_s: float
+    elapsed_s: float
+    outputs: dict[str, bool | list[float]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FactsTold:
+    """What is true from now on, as the effect of an action or process."""
+
+    kind: ClassVar[Literal["facts_told"]] = "facts_told"
+    t_s: float
+    task: str
+    prop: str
+    subject: str
+    value: str | float | bool | list[float] | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Replanned:
+    """After a failure, the rest of a task is planned anew."""
+
+    kind: ClassVar[Literal["replanned"]] = "replanned"
+    t_s: float
+    task: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskFinished:
+    """A task has ended; its outputs."""
+
+    kind: ClassVar[Literal["task_finished"]] = "task_finished"
+    t_s: float
+    task: str
+    status: str
+    reason: str
+    took_s: float
+    outputs: dict[str, Any]
+
+
+TraceEvent: TypeAlias = (
+    FleetOpened
+    | TaskAccepted
+    | TaskStatusChanged
+    | KnowledgeRead
+    | ProgramCompiled
+    | PlanMade
+    | PlanFailed
+    | ProcessBegun
+    | ProcessEnded
+    | ActionReady
+    | ActionStarted
+    | ActionFinished
+    | FactsTold
+    | Replanned
+    | TaskFinished
+)
+
+BY_KIND: dict[str, type[TraceEvent]] = {event.kind: event for event in get_args(TraceEvent)}
+_FIELDS = {event: tuple(f.name for f in fields(event)) for event in get_args(TraceEvent)}
+
+
+def to_json(event: TraceEvent) -> str:
+    """One line of a trace file."""
+    values = {name: getattr(event, name) for name in _FIELDS[type(event)]}
+    return json.dumps({"kind": event.kind, **values}, ensure_ascii=False, separators=(",", ":"))
+
+
+def read_trace(path: Path) -> Iterator[TraceEvent]:
+    """The events of a trace file, in order.
+
+    Raises:
+        BadTrace: The file is missing, or a line is no event.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadTrace(str(path), 0, f"cannot be read: {error}") from error
+    for number, line in enumerate(lines, start=1):
+        try:
+            values = json.loads(line)
+            event = BY_KIND[values.pop("kind")](**values)
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            raise BadTrace(str(path), number, f"is no event of a trace: {error}") from error
+        yield event
+
+
+def narrate(events: Iterable[TraceEvent]) -> Iterator[str]:
+    """The trace for people, actions as [RoboEarth] Listing 7 prints them."""
+    for event in events:
+        match event:
+            case FleetOpened():
+                yield f"fleet of {event.site} opened: {', '.join(event.robots)}"
+            case TaskAccepted():
+                arguments = ", ".join(f"{name}={value}" for name, value in event.arguments.items())
+                yield f"{event.task} accepted: {event.process}({arguments}), at most {event.robots} robots"
+            case PlanMade():
+                yield f"{event.task} planned at time {event.t_s:.2f}: {event.status}, {event.reason}"
+                for action, _, start_s, end_s in event.steps:
+                    yield f"  plan [{action}] from {start_s:.2f} to {end_s:.2f}"
+            case PlanFailed():
+                yield f"{event.task} has no plan: {event.status}, {event.reason}"
+            case ActionStarted():
+                yield f"do [{event.action}] at time {event.t_s:.2f}"
+            case ActionFinished() if event.failure:
+                yield f"  [{event.action}] {event.outcome} at time {event.t_s:.2f}: {event.failure}, {event.reason}"
+            case FactsTold() if event.value is not None and event.prop not in _FREQUENT:
+                yield f"  now {event.prop}({event.subject}) = {event.value}"
+            case Replanned():
+                yield f"{event.task} is planned anew at time {event.t_s:.2f}: {event.reason}"
+            case TaskFinished():
+                yield f"{event.task} {event.status} at time {event.t_s:.2f} after {event.took_s:.2f} s: {event.reason}"
+            case _:
+                pass
+
+
+_FREQUENT = frozenset({Property.HAS_POSE_ESTIMATE, Property.HAS_ODOMETRY})
+"""Told with every cycle; people read them from the pictures."""

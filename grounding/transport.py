@@ -1,0 +1,52 @@
+"""How a service call gets to its service and the reply back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServiceCall:
+    """A request to a service.
+
+    Attributes:
+        id: Never used again, so that a late reply is known for what it is.
+        service: Full name, such as `/amigo_1/laser`.
+        fields: Messages and plain values by field name.
+        timeout_s: After this time the caller gives up.
+    """
+
+    id: int
+    service: str
+    fields: Mapping[str, object]
+    timeout_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServiceReply:
+    """A service's answer.
+
+    Attributes:
+        call_id: The call that it answers.
+        fields: Messages and plain values by field name; empty if it failed.
+        failure: Class of failure, such as `NoPath`; empty if it succeeded.
+        reason: What the service says about its failure.
+    """
+
+    call_id: int
+    fields: Mapping[str, object]
+    failure: str
+    reason: str
+
+
+class Transport(Protocol):
+    """Carries calls to services.
+
+    `call` returns at once. The reply comes through `deliver` later, on the clock's thread, at most once;
+    a service that does not exist replies with the failure `NoSuchService`.
+    """
+
+    def call(self, call: ServiceCall, deliver: Callable[[ServiceReply], None]) -> None:
+        """Send a call."""

@@ -1,0 +1,254 @@
+"""Checks a plan by its own reading of the program; shares no code with what makes plans.
+
+The program is walked with the times of the plan's steps: a sequence's parts follow one another, the
+parts of a concurrency run side by side, a pick has the individual that the plan chose, a for-each a
+turn for every combination of individuals that satisfies its condition. Every step must be found so,
+with the duration that the ontology gives it, on a robot that is capable and does nothing else then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise, product
+
+from kb.compiler import Program
+from kb.ontology import Value
+from kb.store import Snapshot
+from kb.terms import Data, Fluent, Struct, Term, Var
+from kb.vocabulary import Property
+from planner.plan import Plan, PlannedStep
+
+_TOLERANCE_S = 1e-6
+_HERE = "here"
+
+
+def violations(
+    plan: Plan,
+    snapshot: Snapshot,
+    program: Program,
+    request: Term,
+    *,
+    key: str,
+    robots: int,
+    travel_times: Mapping[tuple[str, str, str], float],
+    from_start: bool,
+) -> list[str]:
+    """What is wrong with a plan, one sentence each; empty if it is sound.
+
+    Args:
+        request: The process with its arguments, as it was asked for.
+        key: Name of the task: the frame of the request.
+        robots: At most so many may take part.
+        travel_times: Seconds by (robot, from, to).
+        from_start: Whether nothing has been done yet; else the program is not walked, as part of it is done.
+    """
+    found = [*_robots(plan, snapshot, robots), *_durations(plan, snapshot, travel_times)]
+    end_s = max((s.end_s for s in plan.steps), default=plan.made_at_s)
+    if abs(end_s - plan.made_at_s - plan.makespan_s) > _TOLERANCE_S:
+        found.append(f"the makespan is {end_s - plan.made_at_s:.3f} s, not {plan.makespan_s:.3f} s")
+    if plan.lower_bound_s > plan.makespan_s + _TOLERANCE_S:
+        found.append(f"the lower bound {plan.lower_bound_s:.3f} s is above the makespan")
+    if from_start:
+        walk = _Walk(plan, snapshot, program)
+        walk.call(Struct("call", (key, "task", request)), plan.made_at_s)
+        found += walk.violations
+        found += [f"the program does not ask for {s.action}" for s in plan.steps if s.action.id not in walk.visited]
+    return found
+
+
+def _robots(plan: Plan, snapshot: Snapshot, robots: int) -> Iterator[str]:
+    by_robot: dict[str, list[PlannedStep]] = {}
+    for step in plan.steps:
+        if step.action.robot:
+            by_robot.setdefault(step.action.robot, []).append(step)
+    if len(by_robot) > robots:
+        yield f"{len(by_robot)} robots take part; at most {robots} may"
+    for robot, steps in by_robot.items():
+        for one, next_one in pairwise(sorted(steps, key=lambda s: (s.start_s, s.end_s))):
+            if next_one.start_s < one.end_s - _TOLERANCE_S:
+                yield f"{robot} does {one.action} and {next_one.action} at once"
+        for step in steps:
+            for capability in snapshot.ontology.values(Property.REQUIRES_CAPABILITY, step.action.process):
+                if not snapshot.ontology.is_a(robot, str(capability)):
+                    yield f"{robot} does {step.action} but is no {capability}"
+
+
+def _durations(plan: Plan, snapshot: Snapshot, travel_times: Mapping[tuple[str, str, str], float]) -> Iterator[str]:
+    at: dict[str, str] = {}
+    for step in plan.steps:
+        action, took_s = step.action, step.end_s - step.start_s
+        seconds = snapshot.ontology.value(Property.DURATION_S, action.process)
+        expected_s = float(seconds) if isinstance(seconds, int | float) else 0.0
+        model = snapshot.ontology.value(Property.HAS_DURATION_MODEL, action.process)
+        if model is not None:
+            goal = str(action.argument(_parameter_name(snapshot, str(model), Property.TRAVEL_GOAL)))
+            robot = str(action.argument(_parameter_name(snapshot, str(model), Property.TRAVELING_ROBOT)))
+            expected_s += travel_times.get((robot, at.get(robot, _HERE), goal), float("nan"))
+            at[robot] = goal
+        if not abs(took_s - expected_s) <= 2e-3:  # each part is rounded to a millisecond
+            yield f"{action} takes {took_s:.3f} s, not {expected_s:.3f} s"
+
+
+def _parameter_name(snapshot: Snapshot, model: str, prop: Property) -> str:
+    entity = snapshot.ontology.value(prop, model)
+    return str(snapshot.ontology.value(Property.PARAMETER_NAME, str(entity)))
+
+
+class _Walk:
+    """One walk through the program along the plan."""
+
+    def __init__(self, plan: Plan, snapshot: Snapshot, program: Program) -> None:
+        self._steps = {step.action.id: step for step in plan.steps}
+        self._choices = plan.choices
+        self._snapshot = snapshot
+        self._definitions = {}
+        for definition in program.definitions:
+            match definition:
+                case Struct("proc", (Struct(name, parameters), body)):
+                    self._definitions[name] = (parameters, body)
+                case Struct("proc", (str(name), body)):
+                    self._definitions[name] = ((), body)
+        self.violations: list[str] = []
+        self.visited: set[str] = set()
+
+    def run(self, program: Term, binding: Mapping[str, Term], start_s: float) -> float:
+        """The time when a program that starts at `start_s` is done."""
+        match program:
+            case list():
+                for part in program:
+                    start_s = self.run(part, binding, start_s)
+                return start_s
+            case Struct("conc", (list(parts),)):
+                return max((self.run(part, binding, start_s) for part in parts), default=start_s)
+            case Struct("choice", (frame, step, list(parts))):
+                branch = self._choice(_id(frame, step, binding))
+                return self.run(parts[branch - 1], binding, start_s) if isinstance(branch, int) else start_s
+            case Struct("pick", (frame, step, Var(name), str(kind), body)):
+                chosen = self._choice(_id(frame, step, binding))
+                if not self._snapshot.ontology.is_a(str(chosen), kind):
+                    self.violations.append(f"{chosen} is no {kind}")
+                return self.run(body, {**binding, name: chosen}, start_s)
+            case Struct("foreach", (frame, step, list(variables), condition, Var(inner), body)):
+                return self._turns(frame, step, variables, condition, inner, body, binding, start_s)
+            case Struct("call"):
+                return self.call(_bind(program, binding), start_s)
+            case _:
+                self.violations.append(f"the plan goes through what can only be acted: {program}")
+                return start_s
+
+    def call(self, call: Term, start_s: float) -> float:
+        """The time when a call is done."""
+        assert isinstance(call, Struct)
+        frame, step, head = call.args
+        name, values = (head.functor, head.args) if isinstance(head, Struct) else (str(head), ())
+        call_id = f"{frame}/{step}"
+        planned = self._steps.get(call_id)
+        if planned is not None:
+            self.visited.add(call_id)
+            if planned.start_s < start_s - _TOLERANCE_S:
+                self.violations.append(f"{planned.action} starts at {planned.start_s:.3f} s, before {start_s:.3f} s")
+            asked = tuple(_shown(value) for value in values)
+            given = tuple(_told(argument.value) for argument in planned.action.arguments)
+            if planned.action.process != name or asked != given:
+                self.violations.append(f"the plan does {planned.action} where the program asks for {name}{asked}")
+            return planned.end_s
+        if name not in self._definitions:
+            self.violations.append(f"the plan lacks {name} ({call_id})")
+            return start_s
+        parameters, body = self._definitions[name]
+        binding: dict[str, Term] = {"Frame": call_id}
+        binding.update({p.name: value for p, value in zip(parameters, values, strict=True) if isinstance(p, Var)})
+        end_s = self.run(body, binding, start_s)
+        self._check_kept(call_id, name)
+        return end_s
+
+    def _check_kept(self, call_id: str, name: str) -> None:
+        """A robot does nothing else between the steps of a process that keeps it."""
+        if self._snapshot.ontology.value(Property.KEEPS_ROBOT, name) is not True:
+            return
+        own = [step for step in self._steps.values() if step.action.id.startswith(f"{call_id}/")]
+        for other in self._steps.values():
+            between = own and own[0].start_s + _TOLERANCE_S < other.end_s and other.start_s < own[-1].end_s - _TOLERANCE_S
+            if between and other not in own and other.action.robot == own[0].action.robot:
+                self.violations.append(f"{other.action} comes between the steps of {name}, which keeps its robot")
+
+    def _choice(self, choice_id: str) -> str | int:
+        if choice_id not in self._choices:
+            self.violations.append(f"the plan does not choose at {choice_id}")
+        return self._choices.get(choice_id, "")
+
+    def _turns(
+        self,
+        frame: Term,
+        step: Term,
+        variables: list[Term],
+        condition: Term,
+        inner: str,
+        body: Term,
+        binding: Mapping[str, Term],
+        start_s: float,
+    ) -> float:
+        names = [v.args[0].name for v in variables if isinstance(v, Struct) and isinstance(v.args[0], Var)]
+        kinds = [str(v.args[1]) for v in variables if isinstance(v, Struct)]
+        turns = []
+        for individuals in product(*(self._snapshot.ontology.individuals(kind) for kind in kinds)):
+            turn: dict[str, Term] = {**binding, **dict(zip(names, individuals, strict=True))}
+            if self._holds(condition, turn):
+                turns.append((individuals, turn))
+        ends = [start_s]
+        for individuals, turn in turns:
+            alone = sum(other[0] == individuals[0] for other, _ in turns) == 1
+            turn[inner] = f"{_id(frame, step, binding)}/{individuals[0] if alone else '+'.join(individuals)}"
+            ends.append(self.run(body, turn, start_s))
+        return max(ends)
+
+    def _holds(self, condition: Term, binding: Mapping[str, Term]) -> bool:
+        match condition:
+            case Struct("all", (list(parts),)):
+                return all(self._holds(part, binding) for part in parts)
+            case Struct("any", (list(parts),)):
+                return any(self._holds(part, binding) for part in parts)
+            case Struct("not", (part,)):
+                return not self._holds(part, binding)
+            case Struct("holds", (str(prop), subject, value)):
+                subject_name, wanted = str(_bind(subject, binding)), _bind(value, binding)
+                told = self._snapshot.fluents.get((prop, subject_name))
+                values: tuple[Value, ...] = (
+                    self._snapshot.ontology.values(prop, subject_name) if told is None else (told,)
+                )
+                return wanted in values
+            case _:
+                self.violations.append(f"the plan rests on what only acting can find out: {condition}")
+                return False
+
+
+def _id(frame: Term, step: Term, binding: Mapping[str, Term]) -> str:
+    return f"{_bind(frame, binding)}/{step}"
+
+
+def _bind(term: Term, binding: Mapping[str, Term]) -> Term:
+    match term:
+        case Var(name):
+            return binding.get(name, term)
+        case Struct(functor, args):
+            return Struct(functor, tuple(_bind(a, binding) for a in args))
+        case list():
+            return [_bind(a, binding) for a in term]
+        case _:
+            return term
+
+
+def _shown(value: Term) -> str:
+    match value:
+        case Struct("loc", (frame, name)):
+            return f"{frame}/{name}"
+        case Struct("fluent", (prop, subject)):
+            return f"{prop}({subject})"
+        case _:
+            return str(value)
+
+
+def _told(value: object) -> str:
+    return value.place if isinstance(value, Data | Fluent) else str(value)
+
+
