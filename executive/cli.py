@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from executive.errors import BadRequest
+from executive.events import TaskStatus
 from executive.fleet import Fleet, TaskHandle
-from executive.loop import TaskStatus
 from executive.pictures import draw_gantt, draw_top_view
 from executive.trace import FleetOpened, ProcessBegun, ProcessEnded, TraceEvent, narrate, read_trace
 from executive.wiring import site_map
@@ -76,7 +76,9 @@ def _parser() -> argparse.ArgumentParser:
     kb = commands.add_parser("kb", help="work with the knowledge base").add_subparsers(required=True, metavar="COMMAND")
     check = kb.add_parser("check", help="check the ontology files of a site")
     check.add_argument("--site", default="tue_lab", help="name of the site (default: %(default)s)")
-    check.add_argument("--knowledge", type=Path, default=SHIPPED, help="folder of ontologies (default: the shipped one)")
+    check.add_argument(
+        "--knowledge", type=Path, default=SHIPPED, help="folder of ontologies (default: the shipped one)"
+    )
     check.add_argument("--json", action="store_true", help="print problems as JSON")
     check.set_defaults(command=_check)
     return parser

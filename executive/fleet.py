@@ -1,10 +1,10 @@
 """The Python API: open a fleet, file a task, wait for its result.
 
-    from executive import Fleet
+from executive import Fleet
 
-    with Fleet.open("tue_lab") as fleet:
-        task = fleet.request("FindEmptyDrink", room="tue_lab", robots=2)
-        result = task.wait()            # result.status, result.reason, result.plan, result.outputs
+with Fleet.open("tue_lab") as fleet:
+task = fleet.request("FindEmptyDrink", room="tue_lab", robots=2)
+result = task.wait()            # result.status, result.reason, result.plan, result.outputs
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from executive import loop
+from executive import events
 from executive.request import check_request
 from executive.shell import TaskResult
 from executive.trace import TraceEvent
@@ -31,7 +31,7 @@ class TaskHandle:
         self._parts = parts
 
     @property
-    def status(self) -> loop.TaskStatus:
+    def status(self) -> events.TaskStatus:
         """Where the task is in its life."""
         status = self._parts.shell.status(self.name)
         if status is None:
@@ -58,7 +58,7 @@ class TaskHandle:
 
     def cancel(self) -> None:
         """End the task now; robots get no further command from it. Nothing happens if it has ended."""
-        self._parts.shell.post(loop.CancelRequested(task=self.name))
+        self._parts.shell.post(events.CancelRequested(task=self.name))
 
 
 class Fleet:
@@ -108,7 +108,7 @@ class Fleet:
         count = self._counts.get(process, 0) + 1
         self._counts[process] = count
         name = f"{process}-{count}"
-        self._parts.shell.post(loop.Requested(task=name, request=request))
+        self._parts.shell.post(events.Requested(task=name, request=request))
         return TaskHandle(name, self._parts)
 
     def plan(self, process: str, /, *, robots: int | None = None, **arguments: str) -> tuple[Plan, tuple[str, ...]]:

@@ -19,35 +19,37 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from types import MappingProxyType
 from typing import TypeAlias, assert_never
 
 from executive import trace
+from executive.events import (
+    ActionsAreReady,
+    AskActions,
+    CancelRequested,
+    Command,
+    CompileProgram,
+    Event,
+    FailureWasReported,
+    FinishTask,
+    KnowledgeWasRead,
+    MakePlan,
+    OutcomeArrived,
+    PlanWasMade,
+    ProgramWasCompiled,
+    ReadKnowledge,
+    Record,
+    ReportOutcome,
+    Requested,
+    StartAction,
+    TaskStatus,
+    Tell,
+)
 from executive.request import TaskRequest
-from executive.trace import TraceEvent
-from grounding.outcome import Outcome
+from grounding.outcome import Outcome, OutcomeStatus
 from kb.errors import InternalError
-from kb.terms import Action, Value
-from planner.plan import Plan
-from planner.planner import Begun, Ended, Progress, Started, Told
-
-
-class TaskStatus(StrEnum):
-    """Where a task is in its life (the words of Open-RMF)."""
-
-    QUEUED = "queued"
-    UNDERWAY = "underway"
-    COMPLETED = "completed"
-    FAILED = "failed"
-    CANCELED = "canceled"
-    REFUSED = "refused"
-    """No robot of the fleet is capable, so nothing was begun."""
-
-    @property
-    def is_final(self) -> bool:
-        """Whether nothing more will happen to the task."""
-        return self not in (TaskStatus.QUEUED, TaskStatus.UNDERWAY)
+from kb.terms import Action
+from planner.planner import Begun, Ended, Started, StepEvent, Told
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +57,9 @@ class Task:
     """A task that has not ended.
 
     Attributes:
-        trouble: Why it is being planned anew; empty as long as nothing has failed.
+        trouble: What has failed so far; empty as long as nothing has.
+        limits_s: How long composite steps of the plan may take, by id.
+        deadlines: Those that have begun: what they are, and when they have failed, by id.
     """
 
     name: str
@@ -63,6 +67,8 @@ class Task:
     status: TaskStatus
     accepted_s: float
     trouble: str = ""
+    limits_s: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    deadlines: Mapping[str, tuple[Action, float]] = field(default_factory=lambda: MappingProxyType({}))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,180 +96,6 @@ class State:
     next_number: int = 1
 
 
-# Events
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Requested:
-    """A person asks for a task; the request is well formed."""
-
-    task: str
-    request: TaskRequest
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class KnowledgeWasRead:
-    """The task has its snapshot."""
-
-    task: str
-    facts_told: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ProgramWasCompiled:
-    """The task has its Golog program."""
-
-    task: str
-    program: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlanWasMade:
-    """The planner has decided, or found that there is nothing to decide.
-
-    Attributes:
-        lacking: Which robots lack which capability, a sentence each.
-    """
-
-    task: str
-    plan: Plan
-    lacking: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ActionsAreReady:
-    """The planner says what may start now."""
-
-    task: str
-    progress: Progress
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OutcomeArrived:
-    """An action has ended.
-
-    Attributes:
-        planned_s: How long it was expected to take.
-        shown: Its outputs as far as the trace shows them.
-    """
-
-    number: int
-    outcome: Outcome
-    planned_s: float
-    shown: Mapping[str, bool | list[float]]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FailureWasReported:
-    """The planner has taken a failure in.
-
-    Attributes:
-        excluded: The individual that is not chosen again for this; None if the program leaves no choice.
-    """
-
-    task: str
-    excluded: str | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CancelRequested:
-    """A person wants a task to end."""
-
-    task: str
-
-
-Event: TypeAlias = (
-    Requested
-    | KnowledgeWasRead
-    | ProgramWasCompiled
-    | PlanWasMade
-    | ActionsAreReady
-    | OutcomeArrived
-    | FailureWasReported
-    | CancelRequested
-)
-
-
-# Commands
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReadKnowledge:
-    """Take a snapshot for a task: KnowledgeWasRead follows."""
-
-    task: str
-    request: TaskRequest
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CompileProgram:
-    """Compile the task's process: ProgramWasCompiled follows."""
-
-    task: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MakePlan:
-    """Plan what remains of a task: PlanWasMade follows."""
-
-    task: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AskActions:
-    """Ask what may start now: ActionsAreReady follows."""
-
-    task: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StartAction:
-    """Ground an action and call its service: OutcomeArrived follows, whatever happens."""
-
-    number: int
-    task: str
-    action: Action
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReportOutcome:
-    """Tell the planner how an action ended: ActionsAreReady or FailureWasReported follows."""
-
-    task: str
-    action: Action
-    outcome: Outcome
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Tell:
-    """Tell the knowledge base a fact."""
-
-    task: str
-    prop: str
-    subject: str
-    value: Value
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Record:
-    """Write an event to the trace."""
-
-    event: TraceEvent
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FinishTask:
-    """A task has ended: keep its result, let go of what it used."""
-
-    task: str
-    status: TaskStatus
-    reason: str
-    took_s: float
-
-
-Command: TypeAlias = (
-    ReadKnowledge | CompileProgram | MakePlan | AskActions | StartAction | ReportOutcome | Tell | Record | FinishTask
-)
 Step: TypeAlias = tuple[State, list[Command]]
 
 
@@ -341,7 +173,8 @@ def _take_plan(state: State, event: PlanWasMade, now_s: float) -> Step:
             steps=steps,
             reason=plan.reason,
         )
-        return state, [Record(event=made), AskActions(task=task.name)]
+        planned = replace(task, limits_s=event.limits_s)
+        return _with_task(state, planned), [Record(event=made), AskActions(task=task.name)]
     reason = "; ".join([*([task.trouble] if task.trouble else []), plan.reason, *event.lacking])
     failed = trace.PlanFailed(t_s=now_s, task=task.name, status=plan.status, reason=reason)
     status = TaskStatus.FAILED if task.trouble else TaskStatus.REFUSED
@@ -350,43 +183,77 @@ def _take_plan(state: State, event: PlanWasMade, now_s: float) -> Step:
 
 
 def _start_actions(state: State, event: ActionsAreReady, now_s: float) -> Step:
-    task = event.task
-    if task not in state.tasks:
+    if event.task not in state.tasks:
         return state, []
     commands: list[Command] = []
-    running, leases, number = dict(state.running), dict(state.leases), state.next_number
     for happened in event.progress.events:
-        match happened:
-            case Begun(action=action):
-                begun = trace.ProcessBegun(t_s=now_s, task=task, process=str(action), robot=action.robot or "")
-                commands.append(Record(event=begun))
-            case Ended(action=action):
-                ended = trace.ProcessEnded(t_s=now_s, task=task, process=str(action), robot=action.robot or "")
-                commands.append(Record(event=ended))
-            case Told():
-                told = Tell(task=task, prop=happened.prop, subject=happened.subject, value=happened.value)
-                commands.append(told)
-            case Started(action=action):
-                if action.robot is not None:
-                    if action.robot in leases:
-                        raise InternalError(f"{action} is to start, but {action.robot} is still busy")
-                    leases[action.robot] = number
-                running[number] = Running(task=task, action=action)
-                ready = trace.ActionReady(
-                    t_s=now_s, task=task, action=str(action), robot=action.robot or "", number=number
-                )
-                commands += [Record(event=ready), StartAction(number=number, task=task, action=action)]
-                number += 1
-            case _:
-                assert_never(happened)
-    state = replace(state, running=running, leases=leases, next_number=number)
+        state, more = _take_progress(state, event.task, happened, now_s)
+        commands += more
     if event.progress.done:
-        state, ending = _finish(state, task, TaskStatus.COMPLETED, "everything asked for is done", now_s)
+        state, ending = _finish(state, event.task, TaskStatus.COMPLETED, "everything asked for is done", now_s)
         return state, commands + ending
     if event.progress.running == 0:
-        state, ending = _finish(state, task, TaskStatus.FAILED, "the program can neither go on nor end", now_s)
+        reason = "the program can neither go on nor end"
+        state, ending = _finish(state, event.task, TaskStatus.FAILED, reason, now_s)
         return state, commands + ending
     return state, commands
+
+
+def _take_progress(state: State, name: str, happened: StepEvent, now_s: float) -> Step:
+    task = state.tasks[name]
+    match happened:
+        case Begun(action=action):
+            begun = trace.ProcessBegun(t_s=now_s, task=name, process=str(action), robot=action.robot or "")
+            if action.id in task.limits_s:
+                deadline = (action, now_s + task.limits_s[action.id])
+                state = _with_task(state, replace(task, deadlines={**task.deadlines, action.id: deadline}))
+            return state, [Record(event=begun)]
+        case Ended(action=action):
+            ended = trace.ProcessEnded(t_s=now_s, task=name, process=str(action), robot=action.robot or "")
+            if action.id in task.deadlines:
+                deadlines = {i: d for i, d in task.deadlines.items() if i != action.id}
+                state = _with_task(state, replace(task, deadlines=deadlines))
+            return state, [Record(event=ended)]
+        case Told():
+            return state, [Tell(task=name, prop=happened.prop, subject=happened.subject, value=happened.value)]
+        case Started(action=action):
+            return _start_action(state, task, action, now_s)
+        case _:
+            assert_never(happened)
+
+
+def _start_action(state: State, task: Task, action: Action, now_s: float) -> Step:
+    number = state.next_number
+    leases = dict(state.leases)
+    if action.robot is not None:
+        if action.robot in leases:
+            raise InternalError(f"{action} is to start, but {action.robot} is still busy")
+        leases[action.robot] = number
+    state = replace(
+        state,
+        running={**state.running, number: Running(task=task.name, action=action)},
+        leases=leases,
+        next_number=number + 1,
+    )
+    ready = Record(
+        event=trace.ActionReady(t_s=now_s, task=task.name, action=str(action), robot=action.robot or "", number=number)
+    )
+    for overdue, deadline_s in task.deadlines.values():
+        if now_s > deadline_s and action.id.startswith(f"{overdue.id}/"):
+            state, commands = _take_outcome(state, _given_up(number, task, overdue), now_s)
+            return state, [ready, *commands]
+    return state, [ready, StartAction(number=number, task=task.name, action=action)]
+
+
+def _given_up(number: int, task: Task, overdue: Action) -> OutcomeArrived:
+    """A composite process has taken too long: its next action fails instead of being started."""
+    reason = f"{overdue} has not ended after {task.limits_s[overdue.id]:.1f} s, which is all the time it has"
+    outcome = Outcome(status=OutcomeStatus.TIMED_OUT, failure="TookTooLong", reason=reason, outputs={}, elapsed_s=0.0)
+    return OutcomeArrived(number=number, outcome=outcome, planned_s=0.0, shown={})
+
+
+def _with_task(state: State, task: Task) -> State:
+    return replace(state, tasks={**state.tasks, task.name: task})
 
 
 def _take_outcome(state: State, event: OutcomeArrived, now_s: float) -> Step:
@@ -410,8 +277,10 @@ def _take_outcome(state: State, event: OutcomeArrived, now_s: float) -> Step:
     state = _let_go(state, lambda number, _: number == event.number)
     tasks = state.tasks
     if not outcome.succeeded:
+        task = tasks[ended.task]
         trouble = f"{action} {outcome.status}: {outcome.failure}, {outcome.reason}"
-        tasks = {**tasks, ended.task: replace(tasks[ended.task], trouble=trouble)}
+        trouble = f"{task.trouble}; then {trouble}" if task.trouble else trouble
+        tasks = {**tasks, ended.task: replace(task, trouble=trouble)}
     report = ReportOutcome(task=ended.task, action=action, outcome=outcome)
     return replace(state, tasks=tasks), [Record(event=finished), report]
 

@@ -14,7 +14,9 @@ from executive.trace import FactsTold, FleetOpened, PlanMade, ProcessBegun, Proc
 from grounding.messages import OccupancyGrid
 from kb.vocabulary import Property
 
-_COLORS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "tab:brown")
+_COLORS = tuple(
+    f"tab:{c}" for c in ["blue", "orange", "green", "red", "purple", "brown", "pink", "gray", "olive", "cyan"]
+)
 _LABEL_FROM_S = 0.4
 """Shorter bars carry no text."""
 
@@ -43,7 +45,9 @@ def draw_gantt(events: Sequence[TraceEvent], path: Path) -> None:
     axes.set_yticks(range(len(robots)), [f"{robot}\nplan / done" for robot in robots])
     axes.invert_yaxis()
     axes.set_xlabel("time, s")
-    axes.legend(handles=[Patch(color=color[n], label=n) for n in names], fontsize=7, loc="upper right", ncols=4)
+    figure.legend(
+        handles=[Patch(color=color[n], label=n) for n in names], fontsize=7, loc="outside upper right", ncols=8
+    )
     _save(figure, path)
 
 
@@ -62,7 +66,11 @@ def draw_top_view(events: Sequence[TraceEvent], site_map: OccupancyGrid, path: P
             x_m, y_m, yaw_rad = way[-1]
             axes.quiver(x_m, y_m, np.cos(yaw_rad), np.sin(yaw_rad), color=color, scale=25, width=0.006)
     for event in events:
-        if isinstance(event, FactsTold) and event.prop == Property.HAS_DETECTED_POSITION and isinstance(event.value, list):
+        if (
+            isinstance(event, FactsTold)
+            and event.prop == Property.HAS_DETECTED_POSITION
+            and isinstance(event.value, list)
+        ):
             axes.plot(event.value[0], event.value[1], "*", color="black", markersize=12)
             axes.annotate(event.subject, (event.value[0], event.value[1]), xytext=(6, 6), textcoords="offset points")
     axes.set_aspect("equal")

@@ -27,9 +27,7 @@ class TaskRequest:
     robots: int
 
 
-def check_request(
-    process: str, arguments: Mapping[str, object], robots: int | None, snapshot: Snapshot
-) -> TaskRequest:
+def check_request(process: str, arguments: Mapping[str, object], robots: object, snapshot: Snapshot) -> TaskRequest:
     """Make a request of what a person asked for.
 
     Raises:
@@ -46,14 +44,20 @@ def check_request(
     checked: dict[str, str] = {}
     for name, parameter in wanted.items():
         if name not in arguments:
-            raise BadRequest(name, f"{process} needs the argument {name!r}, a {parameter.kind}; it takes {_signature(found)}")
+            raise BadRequest(
+                name, f"{process} needs the argument {name!r}, a {parameter.kind}; it takes {_signature(found)}"
+            )
         if parameter.is_datum:
-            raise BadRequest(name, f"{process} needs {name!r}, which only another step can make; ask for a task instead")
+            raise BadRequest(
+                name, f"{process} needs {name!r}, which only another step can make; ask for a task instead"
+            )
         checked[name] = _individual(arguments[name], name, parameter.kind, process, snapshot)
     fleet = snapshot.ontology.individuals(Kind.ROBOT)
     limit = len(fleet) if robots is None else robots
     if isinstance(limit, bool) or not isinstance(limit, int) or limit < 1:
-        raise BadRequest("robots", f"robots={limit!r} is no upper limit of robots; give a number from 1 to {len(fleet)}")
+        raise BadRequest(
+            "robots", f"robots={limit!r} is no upper limit of robots; give a number from 1 to {len(fleet)}"
+        )
     return TaskRequest(process=process, arguments=checked, robots=limit)
 
 
@@ -65,7 +69,9 @@ def _individual(value: object, name: str, kind: str, process: str, snapshot: Sna
         raise BadRequest(name, f"{name}={value!r} of {process} is not known; {_near(value, right, f'a {kind} is')}")
     if value not in right:
         own = snapshot.ontology.kind_of(value)
-        raise BadRequest(name, f"{name}={value!r} of {process} is a {own}, not a {kind}; {_near(value, right, f'a {kind} is')}")
+        raise BadRequest(
+            name, f"{name}={value!r} of {process} is a {own}, not a {kind}; {_near(value, right, f'a {kind} is')}"
+        )
     return value
 
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, assert_never
 
-from executive import loop, trace
+from executive import events, loop, trace
 from executive.recorder import Recorder
 from executive.request import TaskRequest
 from executive.travel import travel_times
@@ -21,9 +21,8 @@ from grounding.messages import PointStamped, PoseStamped, xyyaw
 from grounding.outcome import Outcome, interpret, refused, timed_out
 from grounding.transport import ServiceReply, Transport
 from kb.clock import Clock
-from kb.processes import Role
 from kb.store import KnowledgeBase, Snapshot
-from kb.terms import Action, Data, Fluent, Value
+from kb.terms import Action, Data, Fluent
 from kb.vocabulary import Property
 from planner.plan import Plan
 from planner.planner import Session
@@ -45,7 +44,7 @@ class TaskResult:
         took_s: From acceptance to the end.
     """
 
-    status: loop.TaskStatus
+    status: events.TaskStatus
     reason: str
     plan: Plan | None
     outputs: Mapping[str, Any]
@@ -62,7 +61,7 @@ class Shell:
         self._knowledge = knowledge
         self._transport = transport
         self._state = loop.State()
-        self._events: deque[loop.Event] = deque()
+        self._queue: deque[events.Event] = deque()
         self._taking_events = False
         self._snapshots: dict[str, Snapshot] = {}
         self._requests: dict[str, TaskRequest] = {}
@@ -70,21 +69,21 @@ class Shell:
         self._plans: dict[str, Plan] = {}
         self._messages: dict[str, object] = {}
 
-    def post(self, event: loop.Event) -> None:
+    def post(self, event: events.Event) -> None:
         """Take an event in, and carry out all that it leads to now."""
-        self._events.append(event)
+        self._queue.append(event)
         if self._taking_events:
             return
         self._taking_events = True
         try:
-            while self._events:
-                self._state, commands = loop.step(self._state, self._events.popleft(), self.clock.now_s)
+            while self._queue:
+                self._state, commands = loop.step(self._state, self._queue.popleft(), self.clock.now_s)
                 for command in commands:
                     self._carry_out(command)
         finally:
             self._taking_events = False
 
-    def status(self, task: str) -> loop.TaskStatus | None:
+    def status(self, task: str) -> events.TaskStatus | None:
         """Where a task is in its life; None if there is no such task."""
         if task in self.results:
             return self.results[task].status
@@ -103,32 +102,32 @@ class Shell:
         """Keep a message as the value of a fluent, as told before anything has moved."""
         self._messages[fluent.place] = message
 
-    def _post_after(self, seconds: float, event: loop.Event) -> None:
+    def _post_after(self, seconds: float, event: events.Event) -> None:
         self.clock.call_at(self.clock.now_s + seconds, lambda: self.post(event))
 
-    def _carry_out(self, command: loop.Command) -> None:
+    def _carry_out(self, command: events.Command) -> None:
         match command:
-            case loop.Record(event=event):
+            case events.Record(event=event):
                 self.recorder.record(event)
-            case loop.ReadKnowledge(task=task, request=request):
+            case events.ReadKnowledge(task=task, request=request):
                 snapshot = self._knowledge.snapshot()
                 self._snapshots[task] = snapshot
                 self._requests[task] = request
-                self.post(loop.KnowledgeWasRead(task=task, facts_told=snapshot.state))
-            case loop.CompileProgram(task=task):
+                self.post(events.KnowledgeWasRead(task=task, facts_told=snapshot.state))
+            case events.CompileProgram(task=task):
                 self._compile(task)
-            case loop.MakePlan(task=task):
+            case events.MakePlan(task=task):
                 self._plan(task)
-            case loop.AskActions(task=task):
+            case events.AskActions(task=task):
                 progress = self._sessions[task].next_actions(now_s=self.clock.now_s)
-                self.post(loop.ActionsAreReady(task=task, progress=progress))
-            case loop.StartAction(number=number, task=task, action=action):
+                self.post(events.ActionsAreReady(task=task, progress=progress))
+            case events.StartAction(number=number, task=task, action=action):
                 self._start(number, task, action)
-            case loop.ReportOutcome(task=task, action=action, outcome=outcome):
+            case events.ReportOutcome(task=task, action=action, outcome=outcome):
                 self._report(task, action, outcome)
-            case loop.Tell():
+            case events.Tell():
                 self._tell(command)
-            case loop.FinishTask():
+            case events.FinishTask():
                 self._finish(command)
             case _:
                 assert_never(command)
@@ -137,12 +136,22 @@ class Shell:
         snapshot, request = self._snapshots[task], self._requests[task]
         program = snapshot.program(request.process)
         self._sessions[task] = Session(task, snapshot, request.process, request.arguments, robots=request.robots)
-        self.post(loop.ProgramWasCompiled(task=task, program=program.text))
+        self.post(events.ProgramWasCompiled(task=task, program=program.text))
 
     def _plan(self, task: str) -> None:
         plan, lacking = self._made_plan(self._sessions[task])
         self._plans[task] = plan
-        self._post_after(PLANNING_S, loop.PlanWasMade(task=task, plan=plan, lacking=lacking))
+        made = events.PlanWasMade(task=task, plan=plan, lacking=lacking, limits_s=self._limits_s(task, plan))
+        self._post_after(PLANNING_S, made)
+
+    def _limits_s(self, task: str, plan: Plan) -> dict[str, float]:
+        """How long the plan's composite steps may take: as planned, and the grace time that the ontology grants."""
+        ontology, limits_s = self._snapshots[task].ontology, {}
+        for step in plan.steps:
+            grace_s = ontology.value(Property.GRACE_TIME_S, step.action.process)
+            if isinstance(grace_s, int | float):
+                limits_s[step.action.id] = step.end_s - step.start_s + grace_s
+        return limits_s
 
     def _made_plan(self, session: Session) -> tuple[Plan, tuple[str, ...]]:
         snapshot, now_s = self._knowledge.snapshot(), self.clock.now_s
@@ -170,11 +179,8 @@ class Shell:
             self._keep(action, outcome)
             shown = {name: value for name, o in outcome.outputs.items() if (value := _shown(o)) is not None}
             self.post(
-                loop.OutcomeArrived(number=number, outcome=outcome, planned_s=grounding.duration_s, shown=shown)
+                events.OutcomeArrived(number=number, outcome=outcome, planned_s=grounding.duration_s, shown=shown)
             )
-
-        def deliver(reply: ServiceReply) -> None:
-            ended(interpret(reply, grounding, elapsed_s=self.clock.now_s - called_s))
 
         try:
             call = ground(action, snapshot, self._messages, call_id=number, t_s=called_s)
@@ -182,6 +188,10 @@ class Shell:
             outcome = refused(error)
             self.clock.call_at(called_s, lambda: ended(outcome))
             return
+
+        def deliver(reply: ServiceReply) -> None:
+            ended(interpret(reply, grounding, service=call.service, elapsed_s=self.clock.now_s - called_s))
+
         self.recorder.record(
             trace.ActionStarted(
                 t_s=called_s,
@@ -193,7 +203,7 @@ class Shell:
             )
         )
         self._transport.call(call, deliver)
-        self.clock.call_at(called_s + call.timeout_s, lambda: ended(timed_out(grounding)))
+        self.clock.call_at(called_s + call.timeout_s, lambda: ended(timed_out(call)))
 
     def _keep(self, action: Action, outcome: Outcome) -> None:
         for name, value in outcome.outputs.items():
@@ -206,12 +216,12 @@ class Shell:
         if outcome.succeeded:
             truths = {name: value for name, value in outcome.outputs.items() if isinstance(value, bool)}
             progress = session.succeeded(action, truths, now_s=then_s)
-            self._post_after(DECIDING_S, loop.ActionsAreReady(task=task, progress=progress))
+            self._post_after(DECIDING_S, events.ActionsAreReady(task=task, progress=progress))
         else:
             excluded = session.failed(action, now_s=then_s)
-            self._post_after(DECIDING_S, loop.FailureWasReported(task=task, excluded=excluded))
+            self._post_after(DECIDING_S, events.FailureWasReported(task=task, excluded=excluded))
 
-    def _tell(self, fact: loop.Tell) -> None:
+    def _tell(self, fact: events.Tell) -> None:
         if isinstance(fact.value, Data | Fluent):
             message = self._messages.get(fact.value.place)
             self._messages[Fluent(fact.prop, fact.subject).place] = message
@@ -223,11 +233,15 @@ class Shell:
             trace.FactsTold(t_s=self.clock.now_s, task=fact.task, prop=fact.prop, subject=fact.subject, value=value)
         )
 
-    def _finish(self, finish: loop.FinishTask) -> None:
+    def _finish(self, finish: events.FinishTask) -> None:
         task = finish.task
         outputs = self._outputs(task)
         self.results[task] = TaskResult(
-            status=finish.status, reason=finish.reason, plan=self._plans.get(task), outputs=outputs, took_s=finish.took_s
+            status=finish.status,
+            reason=finish.reason,
+            plan=self._plans.get(task),
+            outputs=outputs,
+            took_s=finish.took_s,
         )
         self.recorder.record(
             trace.TaskFinished(
@@ -247,23 +261,16 @@ class Shell:
         """What the task's process gives back: one message, or one for each turn of a for-each."""
         if task not in self._requests:
             return {}
-        process = self._snapshots[task].processes[self._requests[task].process]
         outputs: dict[str, Any] = {}
-        for parameter in process.parameters:
-            if parameter.role is not Role.OUTPUT:
-                continue
+        for parameter in self._snapshots[task].processes[self._requests[task].process].outputs:
             whole = self._messages.get(f"{task}/{parameter.name}")
-            turns = {
-                path[-2]: message
-                for place, message in sorted(self._messages.items())
-                if place.startswith(f"{task}/task/") and len(path := place.split("/")) == _TURN and path[-1] == parameter.name
-            }
+            turns = {}
+            for place, message in sorted(self._messages.items()):
+                match place.removeprefix(f"{task}/task/").split("/"):
+                    case [_, turn, name] if name == parameter.name:
+                        turns[turn] = message
             outputs[parameter.name] = turns or whole
         return outputs
-
-
-_TURN = 5
-"""Parts of the place of an output of a turn: task, `task`, the for-each, the turn, the output."""
 
 
 def _lack(process: str, robot: str, capability: str, snapshot: Snapshot) -> str:

@@ -27,6 +27,7 @@ class Parts:
     """Everything that an open fleet consists of."""
 
     knowledge: KnowledgeBase
+    transport: InProcessTransport
     shell: Shell
     clock: SimClock
     simulation: SimFleet
@@ -44,16 +45,17 @@ def open_simulated(
     try:
         world = load_scenario(_scenario_for(site) if scenario is None else scenario)
         _check_names(base.snapshot(), world)
-        for setup in (*world.robots, *world.objects):
-            place = setup.start if setup in world.robots else setup.believed_at
-            base.tell(Property.LOCATED_AT, setup.name, place)
+        for robot in world.robots:
+            base.tell(Property.LOCATED_AT, robot.name, robot.start)
+        for thing in world.objects:
+            base.tell(Property.LOCATED_AT, thing.name, thing.believed_at)
+        snapshot = base.snapshot()
+        clock = SimClock()
+        starts = {robot.name: xyyaw(pose_of(robot.start, snapshot, t_s=0.0).pose) for robot in world.robots}
+        simulation = SimFleet(world, starts=starts, clock=clock, seed=seed)
     except Exception:
         base.close()
         raise
-    snapshot = base.snapshot()
-    clock = SimClock()
-    starts = {robot.name: xyyaw(pose_of(robot.start, snapshot, t_s=0.0).pose) for robot in world.robots}
-    simulation = SimFleet(world, starts=starts, clock=clock, seed=seed)
     transport = InProcessTransport(clock)
     for name, service in simulation.services().items():
         transport.offer(name, Service(handler=service.handler, latency_s=service.latency_s))
@@ -73,7 +75,7 @@ def open_simulated(
             seed=world.seed if seed is None else seed,
         )
     )
-    return Parts(knowledge=base, shell=shell, clock=clock, simulation=simulation)
+    return Parts(knowledge=base, transport=transport, shell=shell, clock=clock, simulation=simulation)
 
 
 def site_map(snapshot: Snapshot) -> OccupancyGrid:
@@ -86,7 +88,9 @@ def site_map(snapshot: Snapshot) -> OccupancyGrid:
             found = compute(grounding.service, fields, t_s=0.0)[grounding.reply[0].name]
             assert isinstance(found, OccupancyGrid)
             return found
-    raise BadRequest("site", f"no service of site {snapshot.site} gives a map for a file alone, so there is none to draw")
+    raise BadRequest(
+        "site", f"no service of site {snapshot.site} gives a map for a file alone, so there is none to draw"
+    )
 
 
 _MAP = "nav_msgs/OccupancyGrid"

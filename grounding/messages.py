@@ -18,7 +18,6 @@ import numpy as np
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
-
 from rosbags.typesys.stores.ros2_humble import (
     builtin_interfaces__msg__Time as Time,
 )
@@ -117,6 +116,7 @@ __all__ = [
     "yaw_of",
 ]
 
+
 def stamp_of(t_s: float) -> Time:
     """ROS time of `t_s` seconds."""
     nanoseconds = round(t_s * 1e9)
@@ -164,12 +164,7 @@ _PLAIN = {"bool", "int64", "float64", "string"}
 
 def type_name(message: object) -> str:
     """ROS type of a message: `sensor_msgs/LaserScan`; the Python type of what is none."""
-    return _type_name(type(message))
-
-
-@cache
-def _type_name(kind: type) -> str:
-    return str(getattr(kind, "__msgtype__", kind.__name__)).replace("/msg/", "/")
+    return str(getattr(message, "__msgtype__", type(message).__name__)).replace("/msg/", "/")
 
 
 def problem_with(message_type: str, value: object) -> str:
@@ -214,7 +209,9 @@ def _check_for(kind: Nodetype, detail: Any) -> Callable[[Any], str]:
             return lambda value: _problem_with_plain(detail[0], value)
         case Nodetype.NAME:
             wanted = detail.replace("/msg/", "/")
-            return lambda value: _problem_in(value) if type_name(value) == wanted else f" is {type_name(value)}, not {wanted}"
+            return lambda value: (
+                _problem_in(value) if type_name(value) == wanted else f" is {type_name(value)}, not {wanted}"
+            )
         case _:
             (element_kind, element_detail), _ = detail
             if element_kind is Nodetype.BASE and element_detail[0] != "string":

@@ -8,7 +8,7 @@ from enum import StrEnum
 
 from grounding.errors import GroundingError
 from grounding.messages import problem_with
-from grounding.transport import ServiceReply
+from grounding.transport import ServiceCall, ServiceReply
 from kb.groundings import Grounding
 
 
@@ -50,7 +50,7 @@ class Outcome:
         return self.status is OutcomeStatus.SUCCEEDED
 
 
-def interpret(reply: ServiceReply, grounding: Grounding, *, elapsed_s: float) -> Outcome:
+def interpret(reply: ServiceReply, grounding: Grounding, *, service: str, elapsed_s: float) -> Outcome:
     """Read a reply as its grounding says: fields become output parameters, checked field by field."""
     if reply.failure:
         return Outcome(
@@ -64,11 +64,11 @@ def interpret(reply: ServiceReply, grounding: Grounding, *, elapsed_s: float) ->
     try:
         for field in grounding.reply:
             if field.name not in reply.fields:
-                raise GroundingError(grounding.process, field.name, f"the reply of {grounding.service} lacks it")
+                raise GroundingError(grounding.process, field.name, f"the reply of {service} lacks it")
             value = reply.fields[field.name]
             problem = problem_with(field.message_type, value)
             if problem:
-                raise GroundingError(grounding.process, field.name, f"the reply of {grounding.service}: {problem}")
+                raise GroundingError(grounding.process, field.name, f"the reply of {service}: {problem}")
             if field.parameter is not None:
                 outputs[field.parameter] = value
     except GroundingError as error:
@@ -84,17 +84,15 @@ def interpret(reply: ServiceReply, grounding: Grounding, *, elapsed_s: float) ->
 
 def refused(error: GroundingError) -> Outcome:
     """The outcome of an action that cannot be called."""
-    return Outcome(
-        status=OutcomeStatus.REFUSED, failure="NotGrounded", reason=str(error), outputs={}, elapsed_s=0.0
-    )
+    return Outcome(status=OutcomeStatus.REFUSED, failure="NotGrounded", reason=str(error), outputs={}, elapsed_s=0.0)
 
 
-def timed_out(grounding: Grounding) -> Outcome:
+def timed_out(call: ServiceCall) -> Outcome:
     """The outcome of a call without a reply."""
     return Outcome(
         status=OutcomeStatus.TIMED_OUT,
         failure="NoReply",
-        reason=f"{grounding.service} did not reply within {grounding.timeout_s:g} s",
+        reason=f"{call.service} did not reply within {call.timeout_s:g} s",
         outputs={},
-        elapsed_s=grounding.timeout_s,
+        elapsed_s=call.timeout_s,
     )

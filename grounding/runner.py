@@ -42,7 +42,8 @@ def compute(service: str, fields: Mapping[str, object], *, t_s: float) -> Mappin
     expected = set(function.__annotations__) - {"return", "t_s"}
     if set(arguments) != expected:
         raise ServiceFailed(
-            "BadInput", f"{service} takes the fields {', '.join(sorted(expected))}; given: {', '.join(sorted(arguments))}"
+            "BadInput",
+            f"{service} takes the fields {', '.join(sorted(expected))}; given: {', '.join(sorted(arguments))}",
         )
     return function(**arguments, t_s=t_s)
 

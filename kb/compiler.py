@@ -63,7 +63,7 @@ class Compiler:
         self._refuse_recursion()
         if self._problems:
             raise OntologyRejected(self._problems)
-        return sorted(facts, key=render)
+        return sorted([*facts, *self._requirements(revision)], key=render)
 
     def program(self, name: str) -> Program:
         """The program of a task type; after `facts`."""
@@ -110,6 +110,8 @@ class Compiler:
                 yield struct("keeps_robot", revision, name)
             yield from self._conditions(revision, process, head)
             yield from self._duration(revision, process, head)
+
+    def _requirements(self, revision: int) -> Iterator[Term]:
         for name in sorted(self._processes):
             for capability in sorted(self._required(name)):
                 yield struct("requires", revision, name, capability)
@@ -161,7 +163,7 @@ class Compiler:
             case Kind.REPEAT_UNTIL:
                 return struct("until", part(Property.BODY_STEP), condition())
             case Kind.FOR_EACH:
-                inner = scope.inner()
+                inner = scope.inner(self._written(scope.process, self._part(entity, Property.BODY_STEP)))
                 variables: list[Term] = [struct("-", _variable(p), p.kind) for p in scope.over(entity)]
                 body = self._construct(inner, self._part(entity, Property.BODY_STEP))
                 return struct("foreach", scope.frame, entity, variables, condition(), inner.frame, body)
@@ -179,11 +181,13 @@ class Compiler:
         return next((k for k in _CONSTRUCTS if k in kinds), None)
 
     def _perform(self, scope: _Scope, entity: str) -> Term:
-        callee = self._processes[self._name(entity, Property.PERFORMS)]
+        performed = self._name(entity, Property.PERFORMS)
+        callee = self._processes.get(performed)
+        if callee is None:
+            self._problem("KB106", entity, f"performs {performed}, which is no AtomicProcess or CompositeProcess")
+            return []
         self._calls.setdefault(scope.process.name, []).append(callee.name)
-        bindings = {
-            self._name(b, Property.TO_PARAMETER): b for b in self._parts(entity, Property.HAS_BINDING)
-        }
+        bindings = {self._name(b, Property.TO_PARAMETER): b for b in self._parts(entity, Property.HAS_BINDING)}
         arguments = []
         for parameter in callee.arguments:
             binding = bindings.pop(parameter.entity, None)
@@ -192,9 +196,7 @@ class Compiler:
             self._problem("KB117", entity, f"binds {stray}, which is no parameter of {callee.name}")
         return struct("call", scope.frame, entity, Struct(callee.name, tuple(arguments)) if arguments else callee.name)
 
-    def _argument(
-        self, scope: _Scope, entity: str, callee: Process, parameter: Parameter, binding: str | None
-    ) -> Term:
+    def _argument(self, scope: _Scope, entity: str, callee: Process, parameter: Parameter, binding: str | None) -> Term:
         if binding is not None:
             source = scope.parameter(self._part(binding, Property.FROM_PARAMETER))
             of_property = self._ontology.value(Property.OF_PROPERTY, binding)
@@ -221,6 +223,24 @@ class Compiler:
             )
         return scope.term(source.entity)
 
+    def _written(self, process: Process, construct: str) -> frozenset[str]:
+        """The parameters of a process, by entity, that some step within a construct outputs."""
+        written: set[str] = set()
+        todo = [construct]
+        for entity in todo:
+            todo += [s for s in self._parts(entity, Property.HAS_STEP) if s not in todo]
+            callee = self._processes.get(self._name(entity, Property.PERFORMS))
+            if callee is None:
+                continue
+            bound = {
+                self._name(b, Property.TO_PARAMETER): self._name(b, Property.FROM_PARAMETER)
+                for b in self._parts(entity, Property.HAS_BINDING)
+            }
+            for output in callee.outputs:
+                same_name = process.parameter(output.name)
+                written.add(bound.get(output.entity, same_name.entity if same_name else ""))
+        return frozenset(written)
+
     def _compatible(self, one: str, other: str) -> bool:
         above = self._ontology.superclasses
         return other in above.get(one, {one}) or one in above.get(other, {other})
@@ -245,12 +265,13 @@ class Compiler:
 
     def _required(self, name: str) -> set[str]:
         own = {str(c) for c in self._ontology.values(Property.REQUIRES_CAPABILITY, name)}
-        if name in self._bodies and self._processes[name].robot:
-            own |= self._required_by(self._bodies[name], _variable(self._processes[name].robot))
+        robot = self._processes[name].robot
+        if name in self._bodies and robot:
+            own |= self._required_by(self._bodies[name], _variable(robot))
         return own
 
     def _required_by(self, body: Term, robot: Term) -> set[str]:
-        """What every run of a program asks of a robot: of a choice, what all its branches ask."""
+        """What a program asks of a robot: all that it may come to, but of a choice what all branches ask."""
         match body:
             case Struct("call", (_, _, Struct(callee, arguments))):
                 at = self._processes[callee].robot
@@ -315,14 +336,20 @@ _CONSTRUCTS = (
 class _Scope:
     """The parameters of a process as terms, within one frame."""
 
-    def __init__(self, compiler: Compiler, process: Process, frame: Var) -> None:
+    def __init__(
+        self, compiler: Compiler, process: Process, frame: Var, frames: Mapping[str, Var] | None = None
+    ) -> None:
         self._compiler = compiler
         self.process = process
         self.frame = frame
+        self._frames = frames or {}
+        """Parameters, by entity, that belong to the turn of a for-each."""
 
-    def inner(self) -> _Scope:
-        """The scope of one turn of a for-each: data made in it belongs to that turn."""
-        return _Scope(self._compiler, self.process, Var("Inner" + self.frame.name))
+    def inner(self, written: frozenset[str]) -> _Scope:
+        """The scope of one turn of a for-each: the data written in it belong to that turn."""
+        frame = Var("Inner" + self.frame.name)
+        frames = {**self._frames, **dict.fromkeys(written, frame)}
+        return _Scope(self._compiler, self.process, frame, frames)
 
     def parameter(self, entity: str) -> Parameter | None:
         return next((p for p in self.process.parameters if p.entity == entity), None)
@@ -332,9 +359,8 @@ class _Scope:
         if parameter is None:
             self._compiler._problem("KB124", entity, f"is used in {self.process.name}, but is no parameter of it")
             return []
-        turn = self.frame.name != "Frame"
-        if parameter.is_datum and (parameter.role is Role.LOCAL or (turn and parameter.role is Role.OUTPUT)):
-            return struct("loc", self.frame, parameter.name)
+        if parameter.is_datum and (parameter.role is Role.LOCAL or entity in self._frames):
+            return struct("loc", self._frames.get(entity, Var("Frame")), parameter.name)
         return _variable(parameter)
 
     def over(self, construct: str) -> list[Parameter]:

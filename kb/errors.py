@@ -41,7 +41,7 @@ class ServiceFailed(ConcertmasterError):
         message: What is wrong, where, and what would be right.
     """
 
-    fault = "world"
+    fault: ClassVar[Fault] = "world"
 
     def __init__(self, code: str, message: str) -> None:
         super().__init__(code, message)

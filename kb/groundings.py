@@ -59,16 +59,15 @@ class TravelEstimate:
     request: tuple[Field, ...]
 
 
-def read_travel_estimates(ontology: Ontology, site_folder: Path) -> tuple[TravelEstimate, ...]:
-    """How travel durations are estimated, each way once."""
-    found = {
-        TravelEstimate(
+def read_travel_estimates(ontology: Ontology, site_folder: Path) -> dict[str, TravelEstimate]:
+    """How travel durations are estimated, by the name of the duration model."""
+    return {
+        name: TravelEstimate(
             service=str(ontology.value(Property.SERVICE_NAME, name)),
             request=_fields(ontology, Property.HAS_REQUEST_FIELD, name, site_folder),
         )
         for name in ontology.individuals(Kind.TRAVEL_DURATION)
     }
-    return tuple(sorted(found, key=str))
 
 
 def read_groundings(ontology: Ontology, processes: dict[str, Process], site_folder: Path) -> dict[str, Grounding]:

@@ -20,6 +20,8 @@ from kb.vocabulary import CORE, Kind, Property
 
 Value: TypeAlias = str | int | float | bool
 
+_PROPERTY_SORTS = (OWL.ObjectProperty, OWL.DatatypeProperty, OWL.AnnotationProperty)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ontology:
@@ -65,7 +67,9 @@ class Ontology:
     def kind_of(self, individual: str) -> str:
         """The most specific class of an individual, by name where there are several."""
         kinds = self.kinds[individual]
-        return min(k for k in kinds if not any(k in self.superclasses.get(o, ()) for o in kinds if o != k))
+        above = {k: self.superclasses.get(k, frozenset({k})) for k in kinds}
+        # Equivalent classes are above each other; neither is more specific.
+        return min(k for k in kinds if not any(k in above[o] and o not in above[k] for o in kinds))
 
     def label(self, name: str) -> str:
         """What people call an individual or class."""
@@ -98,9 +102,7 @@ class Ontology:
 
     def datum_property(self, prop: str) -> bool:
         """Whether the values of a property are messages that only the executive holds."""
-        return any(
-            self.is_datum(local_name(str(r))) for r in self.graph.objects(URIRef(CORE + prop), RDFS.range)
-        )
+        return any(self.is_datum(local_name(str(r))) for r in self.graph.objects(URIRef(CORE + prop), RDFS.range))
 
     def problem(self, code: str, name: str, message: str) -> Problem:
         """A problem with an individual, at its place."""
@@ -117,7 +119,7 @@ def close(files: OntologyFiles, classification: Classification) -> Ontology:
     """Put files and classification together.
 
     Raises:
-        OntologyRejected: Two individuals (or two classes) share a local name.
+        OntologyRejected: Two individuals (or two classes, or two properties) share a local name.
     """
     graph = files.merged()
     iris = _names(files, graph)
@@ -135,12 +137,12 @@ def close(files: OntologyFiles, classification: Classification) -> Ontology:
 
 
 def _names(files: OntologyFiles, graph: Graph) -> dict[str, str]:
-    """IRI of each local name; individuals win over classes of the same name."""
+    """IRI of each local name; individuals win over classes, and classes over properties, of the same name."""
     iris: dict[str, str] = {}
     problems: list[Problem] = []
-    for role in (OWL.Class, OWL.NamedIndividual):
+    for roles in (_PROPERTY_SORTS, (OWL.Class,), (OWL.NamedIndividual,)):
         own: dict[str, str] = {}
-        for node in sorted(set(graph.subjects(RDF.type, role)), key=str):
+        for node in sorted({s for role in roles for s in graph.subjects(RDF.type, role)}, key=str):
             if isinstance(node, BNode):
                 continue
             other = own.setdefault(local_name(str(node)), str(node))
@@ -167,11 +169,7 @@ def _closed_values(graph: Graph, classification: Classification) -> dict[tuple[s
         for name in _superproperties(graph, prop):
             pairs.setdefault(name, {}).setdefault(local_name(subject), set()).add(converted)
 
-    properties = {
-        p
-        for kind in (OWL.ObjectProperty, OWL.DatatypeProperty, OWL.AnnotationProperty)
-        for p in graph.subjects(RDF.type, kind)
-    }
+    properties = {p for sort in _PROPERTY_SORTS for p in graph.subjects(RDF.type, sort)}
     for prop in properties:
         for subject, value in graph.subject_objects(prop):
             if isinstance(subject, URIRef):

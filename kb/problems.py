@@ -29,9 +29,9 @@ class OntologyRejected(KnowledgeError):
     """Ontology files are wrong; nothing was loaded.
 
     Attributes:
-        problems: Everything that was found, in order of file and line.
+        problems: Everything that was found, each once, in order of file and line.
     """
 
     def __init__(self, problems: Iterable[Problem]) -> None:
-        self.problems = sorted(problems, key=lambda p: (str(p.file), p.line, p.code, p.entity, p.message))
+        self.problems = sorted(set(problems), key=lambda p: (str(p.file), p.line, p.code, p.entity, p.message))
         super().__init__("\n".join(map(str, self.problems)))

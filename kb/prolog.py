@@ -70,7 +70,7 @@ class _Engine:
         _use_unpacked_swipl()
         try:
             from pyswip import core  # noqa: PLC0415  importing it starts the engine
-        except Exception as error:  # noqa: BLE001  pyswip raises whatever it meets when the library is missing
+        except Exception as error:  # pyswip raises whatever it meets when the library is missing
             raise DependencyMissing(
                 "SWI-Prolog 9 was not found: install the package swi-prolog-nox, or run `make setup`"
             ) from error

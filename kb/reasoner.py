@@ -91,15 +91,14 @@ def _explain(files: OntologyFiles, folder: Path) -> Problem:
     entity = (individuals or culprits or [files.files[-1].iri])[0]
     places = sorted({f"{files.file_of(c).path.name}:{files.file_of(c).line_of(c)}" for c in culprits})
     told = "; ".join(axioms) if axioms else "the reasoner gave no explanation"
-    return files.problem(
-        "KB301", entity, f"the ontology contradicts itself: {told} (described in {', '.join(places)}); change one of these"
-    )
+    told += f" (described in {', '.join(places)}); change one of these"
+    return files.problem("KB301", entity, f"the ontology contradicts itself: {told}")
 
 
 def _explanation(output: str) -> list[str]:
     """The axioms of Pellet's first explanation: the lines from its title to the next empty one."""
     _, _, text = output.partition("Explanation(s):")
-    lines = text.strip("\n").splitlines()
+    lines = text.strip().splitlines()
     end = next((i for i, line in enumerate(lines) if not line.strip()), len(lines))
     return [re.sub(r"^\d+\)\s*", "", line.strip()) for line in lines[:end]]
 

@@ -8,8 +8,6 @@ reasoner.
 from __future__ import annotations
 
 import itertools
-import os
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,8 +16,8 @@ from types import MappingProxyType
 from kb import validation
 from kb.compiler import Compiler, Program
 from kb.errors import KnowledgeError
-from kb.files import SHIPPED, OntologyFiles, read_files
-from kb.groundings import Grounding, TravelEstimate, read_groundings, read_travel_estimates
+from kb.files import SHIPPED, read_files
+from kb.groundings import Field, Grounding, TravelEstimate, read_groundings, read_travel_estimates
 from kb.ontology import Ontology, Value, close, fluent_properties
 from kb.problems import OntologyRejected, Problem
 from kb.processes import Process, read_processes
@@ -95,8 +93,10 @@ class KnowledgeBase:
         self._ontology = load(path, folder)
         self._processes = read_processes(self._ontology)
         self._groundings = read_groundings(self._ontology, self._processes, path.parent)
-        self._travel_estimates = read_travel_estimates(self._ontology, path.parent)
-        _require_robot_values(self._ontology, self._groundings)
+        estimates = read_travel_estimates(self._ontology, path.parent)
+        self._travel_estimates = tuple(sorted(set(estimates.values()), key=str))
+        requests = {g.name: g.request for g in self._groundings.values()} | {n: e.request for n, e in estimates.items()}
+        _require_values(self._ontology, requests)
         self._compiler = Compiler(self._ontology, self._processes)
         self._revision = next(_revisions)
         _load_facts(list(self._compiler.facts(self._revision)))
@@ -142,28 +142,30 @@ def load(path: Path, folder: Path) -> Ontology:
     return close(files, classify(files))
 
 
-def _require_robot_values(ontology: Ontology, groundings: Mapping[str, Grounding]) -> None:
-    """Every robot must state what the groundings say of it, and every file must be there."""
+def _require_values(ontology: Ontology, requests: Mapping[str, tuple[Field, ...]]) -> None:
+    """Every robot must state what requests say of it, and every file must be there; requests by who makes them."""
     problems: list[Problem] = []
-    for grounding in groundings.values():
-        for field in grounding.request:
+    for name, request in requests.items():
+        for field in request:
             if field.file is not None and not field.file.exists():
-                problems.append(
-                    ontology.problem("KB125", grounding.name, f"names the file {field.file}, which does not exist")
-                )
+                problems.append(ontology.problem("KB125", name, f"names the file {field.file}, which does not exist"))
     if problems:
         raise OntologyRejected(problems)
     for robot in ontology.individuals(Kind.ROBOT):
-        for grounding in groundings.values():
-            for field in grounding.request:
-                lacks = field.of_property and field.parameter == "robot" and ontology.value(field.of_property, robot) is None
+        for name, request in requests.items():
+            for field in request:
+                lacks = (
+                    field.of_property
+                    and field.parameter == "robot"
+                    and ontology.value(field.of_property, robot) is None
+                )
                 if lacks:
                     kind = ontology.kind_of(robot)
                     problems.append(
                         ontology.problem(
                             "KB131",
                             robot,
-                            f"has no {field.of_property}, which {grounding.name} needs; "
+                            f"has no {field.of_property}, which {name} needs; "
                             f"give the class {kind} `SubClassOf: {field.of_property} value ...`",
                         )
                     )

@@ -70,6 +70,8 @@ def quote(atom: str) -> str:
     """Write an atom, in quotes where it needs them."""
     if _UNQUOTED.match(atom):
         return atom
+    if atom.isascii() and atom.isprintable():  # most are, and 300 actions a second cross over
+        return "'" + atom.replace("\\", "\\\\").replace("'", "\\'") + "'"
     return "'" + "".join(_escape(character) for character in atom) + "'"
 
 

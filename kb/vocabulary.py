@@ -77,6 +77,7 @@ class Property(StrEnum):
     TRAVEL_GOAL = "travelGoal"
     DURATION_S = "duration_s"
     KEEPS_ROBOT = "keepsRobot"
+    GRACE_TIME_S = "graceTime_s"
     GROUNDS = "grounds"
     SERVICE_NAME = "serviceName"
     TIMEOUT_S = "timeout_s"

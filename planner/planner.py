@@ -102,7 +102,9 @@ class Exclusion:
 class Session:
     """One request in the planner; close it when the task has ended."""
 
-    def __init__(self, key: str, snapshot: Snapshot, process: str, arguments: Mapping[str, str], *, robots: int) -> None:
+    def __init__(
+        self, key: str, snapshot: Snapshot, process: str, arguments: Mapping[str, str], *, robots: int
+    ) -> None:
         """Begin with nothing done.
 
         Args:
@@ -158,6 +160,7 @@ class Session:
                 robots=self._robots,
                 travel_times=times,
                 from_start=self._from_start,
+                under_way=frozenset(answer["under_way"]),
             )
             if found:
                 raise InvalidPlan(found)
@@ -192,7 +195,6 @@ class Session:
     def close(self) -> None:
         """Forget the session."""
         _close_session(self._key)
-
 
     def _read_plan(self, answer: Mapping[str, Any], now_s: float) -> Plan:
         status = PlanStatus(answer["status"].upper())

@@ -14,7 +14,7 @@ class BadScenario(ConcertmasterError):
         problem: What is wrong and what would be right.
     """
 
-    fault = "world"
+    fault = "request"
 
     def __init__(self, file: str, field: str, problem: str) -> None:
         super().__init__(f"{file}: {field}: {problem}")

@@ -73,7 +73,8 @@ def detection(
     blob = _largest_blob(_colored(rgb, look) & np.isfinite(depth_m) & (depth_m > 0.0), depth_m, look, fx, fy)
     if blob is None:
         raise ComputeFailed(
-            "ObjectNotFound", f"no {object_class} in the picture taken at ({x_m:.2f}, {y_m:.2f}), heading {yaw_rad:.2f} rad"
+            "ObjectNotFound",
+            f"no {object_class} in the picture taken at ({x_m:.2f}, {y_m:.2f}), heading {yaw_rad:.2f} rad",
         )
     row, column, blob_depth_m = blob
     ray = np.array([(column - cx) / fx, (row - cy) / fy, 1.0])

@@ -39,5 +39,7 @@ def travel(
 
 
 @functools.lru_cache(maxsize=64)
-def _lengths_m(grid: Grid, points: tuple[tuple[float, float], ...]) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+def _lengths_m(
+    grid: Grid, points: tuple[tuple[float, float], ...]
+) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
     return path_lengths_m(grid, list(points), list(points))

@@ -18,12 +18,14 @@
             set_data/4,                 % +Location, +Value, +Situation, -Situation
             apply_effects/3,            % +Head, +Situation, -Situation
             agent_of/3,                 % +Head, -Agent, +Situation
-            startable/3,                % +Head, -Agent, +Situation
+            may_begin/4,                % +Id, +Head, -Agent, +Situation
+            permitted/2,                % +Head, +Situation
+            idle/2,                     % +Agent, +Situation
             start/6,                    % +Id, +Head, +Agent, +Milliseconds, +Situation, -Situation
             hold_robot/5,               % +Head, +Agent, +Id, +Situation, -Situation
             release_robot/4,            % +Agent, +Id, +Situation, -Situation
-            free_for/3,                 % +Agent, +Id, +Situation
             stop/3,                     % +Id, +Situation, -Situation
+            catch_up/2,                 % +Situation, -Situation
             next_end/2,                 % +Situation, -Milliseconds
             exclude/4,                  % +PickId, +Individual, +Situation, -Situation
             excluded/3,                 % +PickId, +Individual, +Situation
@@ -173,21 +175,38 @@ agent_of(Head, Agent, S) :-
     revision(S, Revision),
     (   agent(Revision, Head, Robot) -> Agent = Robot ; Agent = none ).
 
-%!  startable(+Head, -Agent, +Situation) is semidet.
+%!  may_begin(+Id, +Head, -Agent, +Situation) is semidet.
 %
-%   Poss: the robot is capable and idle, within the team, and the preconditions hold.
+%   Poss of a process, atomic or composite: its robot is capable and not kept by something else, and its
+%   preconditions hold.
 
-startable(Head, Agent, S) :-
-    S = s(fixed(Revision, _, Limit), _, _, Runs, Team, _),
+may_begin(Id, Head, Agent, S) :-
     agent_of(Head, Agent, S),
     (   Agent == none
     ->  true
-    ;   \+ memberchk(run(_, Agent, _, _), Runs),
-        (   ord_memberchk(Agent, Team) -> true ; length(Team, Size), Size < Limit ),
+    ;   free_for(Agent, Id, S),
         functor(Head, Name, _),
+        revision(S, Revision),
         capable(Revision, Name, Agent)
     ),
+    permitted(Head, S).
+
+%!  permitted(+Head, +Situation) is semidet.
+%
+%   The preconditions of a process hold.
+
+permitted(Head, S) :-
+    revision(S, Revision),
     \+ ( precondition(Revision, Head, Condition), \+ holds(Condition, S) ).
+
+%!  idle(+Agent, +Situation) is semidet.
+%
+%   The robot does nothing, and is in the team or may join it. What needs no robot is always idle.
+
+idle(none, _) :- !.
+idle(Agent, s(fixed(_, _, Limit), _, _, Runs, Team, _)) :-
+    \+ memberchk(run(_, Agent, _, _), Runs),
+    (   ord_memberchk(Agent, Team) -> true ; length(Team, Size), Size < Limit ).
 
 %!  start(+Id, +Head, +Agent, +Duration, +Situation, -Situation) is det.
 
@@ -224,6 +243,16 @@ free_for(Agent, Id, S) :-
 
 stop(Id, s(Fixed, Now, F, Runs, Team, G), s(Fixed, Now, F, Runs1, Team, G)) :-
     exclude_run(Runs, Id, Runs1).
+
+%!  catch_up(+Situation, -Situation) is det.
+%
+%   What should have ended by now but is running still is expected to end now.
+
+catch_up(s(Fixed, Now, F, Runs, T, G), s(Fixed, Now, F, Runs1, T, G)) :-
+    findall(run(End, Agent, Id, Head),
+            ( member(run(End0, Agent, Id, Head), Runs), End is max(End0, Now) ),
+            Late),
+    sort(Late, Runs1).
 
 exclude_run([], _, []).
 exclude_run([run(E, A, I, H)|Runs], Id, Rest) :-

@@ -21,15 +21,20 @@ its key. These are the entries that planner/planner.py calls (see kb/prolog.py).
 :- use_module(library(occurs), [sub_term/2]).
 :- use_module(kb_rules(facts), [duration/3, kind/3]).
 :- use_module(kb_rules(capability), [missing/4]).
+:- use_module(planner_golog(syntax)).
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(transition)).
+:- use_module(planner_golog(outlook)).
 :- use_module(planner_golog(search)).
 
 %!  open_session(+Request, -Dict) is det.
 %
 %   Request is request(Session, Revision, Head, Limit, Now): do Head with at most Limit robots.
+%
+%   @error malformed_program(Subterm, Wanted) if Head or what it calls is not well-formed
 
 open_session(request(Session, Revision, Head, Limit, Now), _{}) :-
+    well_formed(Revision, Head),
     no_guide(Guide),
     situation(Revision, act(Guide), Limit, Now, S),
     keep(Session, call(Session, task, Head), S).
@@ -83,10 +88,11 @@ make_plan(plan(Session, Now, Travels, MaxNodes), Dict) :-
     revision(S2, Revision),
     findall(R, kind(Revision, R, 'Robot'), Robots),
     foldl([R, A, B]>>forget(locatedAt, R, A, B), Robots, S2, S3),
-    take_log(S3, _, S4),
-    lumped(P, S4, P1, S5),
-    best_plan(P1, S5, MaxNodes, Result),
-    plan_dict(Result, Now, S5, Dict),
+    catch_up(S3, S4),
+    take_log(S4, _, S5),
+    lumped(P, S5, P1, S6),
+    best_plan(P1, S6, MaxNodes, Result),
+    plan_dict(Result, Now, S6, Dict),
     (   Result = plan(_, _, _, Events, _)
     ->  guide(Events, Guide),
         with_mode(S1, act(Guide), S),
@@ -113,7 +119,8 @@ guide(Events, guide(Choices, Order)) :-
 plan_dict(none(Why, Nodes), _, _, _{status: Status, nodes: Nodes}) :-
     ( Why == proven -> Status = unsolvable_proven ; Status = unsolvable_incompletely ).
 plan_dict(plan(Status0, Makespan, Bound, Events, Nodes), Now, S,
-          _{status: Status, makespan: Makespan, bound: Bound, nodes: Nodes, steps: Steps, choices: Choices}) :-
+          _{status: Status, makespan: Makespan, bound: Bound, nodes: Nodes, steps: Steps, under_way: Under_way,
+            choices: Choices}) :-
     ( Status0 == optimal -> Status = solved_optimally ; Status = solved_satisficing ),
     running(S, Runs),
     findall(Step,
@@ -123,6 +130,7 @@ plan_dict(plan(Status0, Makespan, Bound, Events, Nodes), Now, S,
             ( member(started(Id, Head, Agent, Start, End), Events), step_dict(Id, Head, Agent, Start, End, S, Step) ),
             Started),
     append(Running, Started, Steps),
+    findall(Id, member(run(_, _, Id, _), Runs), Under_way),
     findall(_{id: Id, chosen: X}, member(chose(Id, X), Events), Choices).
 
 step_dict(Id, Head, Agent, Start, End, _, [Start, End|Action]) :-

@@ -4,7 +4,8 @@
             settle/4,                   % +Program, +Situation, -Program, -Situation
             instances/7,                % +Frame, +Step, +Vars, +Condition, +Inner-Body, +Situation, -Programs
             expansion/4,                % +Id, +Head, +Situation, -Body
-            planned_duration/3          % +Head, -Milliseconds, +Situation
+            one_step/3,                 % +Head, -Duration, +Situation
+            milliseconds/3              % +Duration, -Milliseconds, +Situation
           ]).
 
 /** <module> The meaning of programs: trans/4 and final/2, one clause a construct
@@ -35,21 +36,21 @@ trans([P|Ps], S, Rest, S1) :-                       % sequence, the first part b
     trans(Ps, S, Rest, S1).
 trans(choice(Frame, Step, Ps), S, P1, S1) :-        % nondeterministic branch: [Golog]
     chosen_branch(Frame, Step, Ps, P, S, S0),
-    trans(P, S0, P1, S1).
+    taken(P, S0, P1, S1).
 trans(pick(Frame, Step, V, Class, P), S, picked(Id-X, pick(Frame, Step, V, Class, P), P1), S1) :-
     step_id(Frame, Step, Id),                       % nondeterministic choice of argument, pi: [Golog]
     candidate(Id, Class, X, S, S0),
     copy_term(V-P, X-Bound),
-    trans(Bound, S0, P1, S1).
+    taken(Bound, S0, P1, S1).
 trans(picked(Id, Pick, P), S, picked(Id, Pick, P1), S1) :-
     trans(P, S, P1, S1).
 trans(if(C, P, Q), S, P1, S1) :-                    % conditional: [ConGolog] 3
     (   holds(C, S) -> trans(P, S, P1, S1) ; trans(Q, S, P1, S1) ).
 trans(while(C, P), S, [P1, while(C, P)], S1) :-     % iteration: [ConGolog] 3
-    once(holds(C, S)),
+    \+ \+ holds(C, S),
     trans(P, S, P1, S1).
-trans(until(P, C), S, P1, S1) :-                    % OWL-S Repeat-Until: the body, then the test
-    trans([P, if(C, [], until(P, C))], S, P1, S1).
+trans(until(P, C), S, [P1, if(C, [], until(P, C))], S1) :- % OWL-S Repeat-Until: the body, then the test
+    trans(P, S, P1, S1).
 trans(conc(Ps), S, conc(Rest), S1) :-               % concurrency: [ConGolog] 4, true by [MIndiGolog] 4.3
     one_of(Ps, P, Before, After),
     trans(P, S, P1, S1),
@@ -60,18 +61,17 @@ trans(foreach(F, Step, Vs, C, Inner, P), S, P1, S1) :- % OWL-S For-Each: one con
 trans(call(Frame, Step, Head0), S, P1, S1) :-       % procedure call, primitive action: [ConGolog] 4
     bound_head(Head0, S, Head),
     step_id(Frame, Step, Id),
-    (   planned_duration(Head, Duration, S)
-    ->  startable(Head, Agent, S),
-        free_for(Agent, Id, S),
+    may_begin(Id, Head, Agent, S),
+    (   one_step(Head, Duration, S)
+    ->  idle(Agent, S),
+        milliseconds(Duration, Milliseconds, S),
         in_order(Id, Agent, S, S0),
-        start(Id, Head, Agent, Duration, S0, S2),
+        start(Id, Head, Agent, Milliseconds, S0, S2),
         now(S, Now),
-        End is Now + Duration,
+        End is Now + Milliseconds,
         note(started(Id, Head, Agent, Now, End), S2, S1),
         P1 = running(Id)
-    ;   agent_of(Head, Agent, S),
-        free_for(Agent, Id, S),
-        in_order(Id, Agent, S, S3),
+    ;   in_order(Id, Agent, S, S3),
         hold_robot(Head, Agent, Id, S3, S0),
         expansion(Id, Head, S0, Body),
         note(begun(Id, Head), S0, S2),
@@ -84,19 +84,20 @@ trans(scope(Id, Head, P), S, [], S1) :-             % a composite process ends: 
     final(P, S),
     close_scope(Id, Head, S, S1).
 
+%   A choice is a decision that is noted, even where the branch taken has nothing to do.
+taken(P, S, P1, S1) :- trans(P, S, P1, S1).
+taken(P, S, [], S) :- final(P, S).
+
 %!  final(+Program, +Situation) is semidet.
 %
-%   Program may end in Situation.
+%   Program may end in Situation. A choice or pick may not: it is to be taken first.
 
 final([], _).
 final([P|Ps], S) :- final(P, S), final(Ps, S).
 final(test(C), S) :- once(holds(C, S)).             % a test takes no time: [IndiGolog]
-final(choice(_, _, Ps), S) :- member(P, Ps), final(P, S), !.
-final(pick(_, _, V, Class, P), S) :-
-    member_of(Class, X, S), copy_term(V-P, X-Bound), final(Bound, S), !.
 final(picked(_, _, P), S) :- final(P, S).
 final(if(C, P, Q), S) :- ( holds(C, S) -> final(P, S) ; final(Q, S) ).
-final(while(C, P), S) :- ( holds(C, S) -> final(P, S) ; true ).
+final(while(C, P), S) :- ( \+ holds(C, S) -> true ; final(P, S) ).
 final(until(P, C), S) :- final(P, S), once(holds(C, S)).
 final(conc(Ps), S) :- all_final(Ps, S).
 final(foreach(F, Step, Vs, C, Inner, P), S) :-
@@ -104,7 +105,8 @@ final(foreach(F, Step, Vs, C, Inner, P), S) :-
     all_final(Turns, S).
 final(call(Frame, Step, Head0), S) :-               % a composite process that has nothing to do
     bound_head(Head0, S, Head),
-    \+ planned_duration(Head, _, S),
+    \+ one_step(Head, _, S),
+    permitted(Head, S),
     step_id(Frame, Step, Id),
     expansion(Id, Head, S, Body),
     final(Body, S).
@@ -175,23 +177,26 @@ expansion(Id, Head, S, Body) :-
     ;   throw(error(existence_error(process, Head), _))
     ).
 
-%!  planned_duration(+Head, -Milliseconds, +Situation) is semidet.
+%!  one_step(+Head, -Duration, +Situation) is semidet.
 %
 %   True if Head is one durative step: a primitive action, or, looking ahead, a composite process with
 %   a duration model.
 
-planned_duration(Head, Milliseconds, S) :-
+one_step(Head, Duration, S) :-
     revision(S, Revision),
     duration(Revision, Head, Duration),
     !,
-    (   Duration = fixed(Milliseconds)
-    ->  true
-    ;   Duration = travel(Robot, To, More),
-        mode(S, plan(_)),
-        place_of(Robot, From, S),
-        travel_time(Robot, From, To, Time, S),
-        Milliseconds is Time + More
-    ).
+    (   Duration = fixed(_) -> true ; mode(S, plan(_)) ).
+
+%!  milliseconds(+Duration, -Milliseconds, +Situation) is semidet.
+%
+%   Fails where there is no way.
+
+milliseconds(fixed(Milliseconds), Milliseconds, _).
+milliseconds(travel(Robot, To, More), Milliseconds, S) :-
+    place_of(Robot, From, S),
+    travel_time(Robot, From, To, Time, S), !,
+    Milliseconds is Time + More.
 
 place_of(Robot, Place, S) :-
     (   set_value(locatedAt, Robot, Place, S) -> true ; Place = here ).
@@ -245,7 +250,8 @@ bound_argument(_, Argument, Argument).
 candidate(Id, Class, X, S, S1) :-
     mode(S, Mode),
     (   Mode = act(guide(Choices, _)), get_assoc(Id, Choices, Chosen)
-    ->  X = Chosen
+    ->  X = Chosen,
+        \+ excluded(Id, X, S)
     ;   Mode = act(_)
     ->  once(( member_of(Class, X, S), \+ excluded(Id, X, S) ))
     ;   member_of(Class, X, S),

@@ -28,13 +28,6 @@ DOUBLE = 'rdf:datatype="http://www.w3.org/2001/XMLSchema#double"'
 Edit = Callable[[Path], None]
 
 
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    """pySHACL uses names of rdflib that rdflib is about to drop."""
-    config.addinivalue_line("filterwarnings", r"ignore:Dataset\.:DeprecationWarning")
-
-
 # ------------------------------------------------------------------------------------------- Prolog
 
 _apply = Entry(search_path="kb_rules", file="facts", name="call")
@@ -127,7 +120,9 @@ def within(file: str, name: str, change: Callable[[str], str]) -> Edit:
 
 def dropped(file: str, name: str, prop: str) -> Edit:
     """Remove all values of a property of an individual."""
-    return within(file, name, lambda block: re.sub(rf"\n *<core:{prop} .*", "", re.sub(rf"\n *<core:{prop}>.*", "", block)))
+    return within(
+        file, name, lambda block: re.sub(rf"\n *<core:{prop} .*", "", re.sub(rf"\n *<core:{prop}>.*", "", block))
+    )
 
 
 def given(file: str, name: str, xml: str) -> Edit:

@@ -18,8 +18,6 @@ from kb.store import KnowledgeBase, UnknownSite
 from kb.terms import Var, struct
 from tests.kb.conftest import (
     AMIGO,
-    CORE,
-    DOUBLE,
     GROUNDINGS,
     IRI,
     NAVIGATION,
@@ -32,7 +30,6 @@ from tests.kb.conftest import (
     dropped,
     given,
     individual,
-    instead,
     link,
     number,
     renamed,
@@ -92,7 +89,9 @@ def restricted(file: str, prop: str, old: str, new: str) -> Edit:
 
     def edit(folder: Path) -> None:
         text = (folder / file).read_text(encoding="utf-8")
-        pattern = rf"        <rdfs:subClassOf>\s*<owl:Restriction>\s*<owl:onProperty [^>]*#{prop}\"/>.*?</rdfs:subClassOf>\n"
+        pattern = (
+            rf"        <rdfs:subClassOf>\s*<owl:Restriction>\s*<owl:onProperty [^>]*#{prop}\"/>.*?</rdfs:subClassOf>\n"
+        )
         (block,) = re.findall(pattern, text, re.DOTALL)
         assert old in block
         (folder / file).write_text(text.replace(block, block.replace(old, new) if new else ""), encoding="utf-8")
@@ -115,17 +114,46 @@ QUICK = [
     fault("KB003", SITE, "", copied(AMIGO, "robots/amigo_copy.owl"), words="amigo.owl|amigo_copy.owl|two files"),
     # Terms
     fault(
-        "KB011", AMIGO, "Amigo", restricted(AMIGO, "radius_m", "#radius_m", "#radus_m"), words="radus_m|did you mean radius_m?"
+        "KB011",
+        AMIGO,
+        "Amigo",
+        restricted(AMIGO, "radius_m", "#radius_m", "#radus_m"),
+        words="radus_m|did you mean radius_m?",
     ),
-    fault("KB011", SITE, "amigo_1", renamed(SITE, "amigo_1", "locatedAt", "locatdAt"), words="locatdAt|did you mean locatedAt?"),
-    fault("KB011", SITE, "drink_1", renamed(SITE, "drink_1", "#Beer", "#Bear"), words="Bear|did you mean Beer?"),
-    fault("KB011", SITE, "drink_1", renamed(SITE, "drink_1", "core:isEmpty", "core:zzzzzz"), words="zzzzzz|declared nowhere"),
-    fault("KB012", SITE, "at_bar", renamed(SITE, "at_bar", ">7.5<", ">7,5<"), words="poseX_m|'7,5'|double", because="KB141"),
-    fault("KB012", SITE, "at_bar", renamed(SITE, "at_bar", "double", "dubble"), words="poseX_m|dubble", because="KB141"),
+    fault(
+        "KB011",
+        SITE,
+        "amigo_1",
+        renamed(SITE, "amigo_1", "locatedAt", "locatdAt"),
+        words="locatdAt|did you mean locatedAt?",
+    ),
+    fault("KB011", SITE, "drink_1", renamed(SITE, "drink_1", "#Beer", "#Beeer"), words="Beeer|did you mean Beer?"),
+    fault(
+        "KB011",
+        SITE,
+        "drink_1",
+        renamed(SITE, "drink_1", "core:isEmpty", "core:zzzzzz"),
+        words="zzzzzz|declared nowhere",
+    ),
+    fault(
+        "KB012",
+        SITE,
+        "at_bar",
+        renamed(SITE, "at_bar", ">7.5<", ">7,5<"),
+        words="poseX_m|'7,5'|double",
+        because="KB141",
+    ),
+    fault(
+        "KB012", SITE, "at_bar", renamed(SITE, "at_bar", "double", "dubble"), words="poseX_m|dubble", because="KB141"
+    ),
     fault("KB012", AMIGO, "Amigo", restricted(AMIGO, "radius_m", ">0.35<", ">0,35<"), words="'0,35'|double"),
     # Processes
     fault(
-        "KB101", NAVIGATION, "Beep", individual(NAVIGATION, "Beep", "AtomicProcess", number("duration_s", "1.0")), words="grounding"
+        "KB101",
+        NAVIGATION,
+        "Beep",
+        individual(NAVIGATION, "Beep", "AtomicProcess", number("duration_s", "1.0")),
+        words="grounding",
     ),
     fault(
         "KB101",
@@ -143,13 +171,39 @@ QUICK = [
         words="more than one",
     ),
     fault("KB103", NAVIGATION, "Localize", dropped(NAVIGATION, "Localize", "composedOf"), words="composedOf"),
-    fault("KB104", NAVIGATION, "Base_velocity", dropped(NAVIGATION, "Base_velocity", "parameterType"), words="parameterType"),
-    fault("KB105", NAVIGATION, "Base_velocity", renamed(NAVIGATION, "Base_velocity", ">velocity<", ">my speed<"), words="parameterName"),
-    fault("KB105", NAVIGATION, "Base_velocity", renamed(NAVIGATION, "Base_velocity", ">velocity<", ">Velocity<"), words="small letter"),
-    fault("KB106", NAVIGATION, "Localize_20_Laser", dropped(NAVIGATION, "Localize_20_Laser", "performs"), words="perform"),
+    fault(
+        "KB104",
+        NAVIGATION,
+        "Base_velocity",
+        dropped(NAVIGATION, "Base_velocity", "parameterType"),
+        words="parameterType",
+    ),
+    fault(
+        "KB105",
+        NAVIGATION,
+        "Base_velocity",
+        renamed(NAVIGATION, "Base_velocity", ">velocity<", ">my speed<"),
+        words="parameterName",
+    ),
+    fault(
+        "KB105",
+        NAVIGATION,
+        "Base_velocity",
+        renamed(NAVIGATION, "Base_velocity", ">velocity<", ">Velocity<"),
+        words="small letter",
+    ),
+    fault(
+        "KB106", NAVIGATION, "Localize_20_Laser", dropped(NAVIGATION, "Localize_20_Laser", "performs"), words="perform"
+    ),
     fault("KB107", NAVIGATION, "Localize_body", dropped(NAVIGATION, "Localize_body", "hasStep"), words="no step"),
     fault("KB107", TASK, "FindEmptyDrink_pick", dropped(TASK, "FindEmptyDrink_pick", "bodyStep"), words="bodyStep"),
-    fault("KB107", NAVIGATION, "Navigate_40_40_blocked", dropped(NAVIGATION, "Navigate_40_40_blocked", "thenStep"), words="thenStep"),
+    fault(
+        "KB107",
+        NAVIGATION,
+        "Navigate_40_40_blocked",
+        dropped(NAVIGATION, "Navigate_40_40_blocked", "thenStep"),
+        words="thenStep",
+    ),
     fault(
         "KB108",
         NAVIGATION,
@@ -157,7 +211,13 @@ QUICK = [
         renamed(NAVIGATION, "Localize_20_Laser", ">20<", ">10<"),
         words="stepNumber 10|Localize_10_LocMap|Localize_20_Laser",
     ),
-    fault("KB109", NAVIGATION, "Localize_body", dropped(NAVIGATION, "Localize_20_Laser", "stepNumber"), words="Localize_20_Laser"),
+    fault(
+        "KB109",
+        NAVIGATION,
+        "Localize_body",
+        dropped(NAVIGATION, "Localize_20_Laser", "stepNumber"),
+        words="Localize_20_Laser",
+    ),
     fault(
         "KB114",
         NAVIGATION,
@@ -165,8 +225,20 @@ QUICK = [
         given(NAVIGATION, "Localize", link("hasInput", NAVIGATION, "Base_velocity")),
         words="more than one process",
     ),
-    fault("KB115", NAVIGATION, "Navigate_40_drive", dropped(NAVIGATION, "Navigate_40_drive", "hasCondition"), words="hasCondition"),
-    fault("KB116", TASK, "FindEmptyDrink_pick", dropped(TASK, "FindEmptyDrink_pick", "overParameter"), words="overParameter"),
+    fault(
+        "KB115",
+        NAVIGATION,
+        "Navigate_40_drive",
+        dropped(NAVIGATION, "Navigate_40_drive", "hasCondition"),
+        words="hasCondition",
+    ),
+    fault(
+        "KB116",
+        TASK,
+        "FindEmptyDrink_pick",
+        dropped(TASK, "FindEmptyDrink_pick", "overParameter"),
+        words="overParameter",
+    ),
     fault(
         "KB116",
         TASK,
@@ -181,32 +253,107 @@ QUICK = [
         dropped(NAVIGATION, "Localize_30_Pose_odometry", "fromParameter"),
         words="fromParameter",
     ),
-    fault("KB118", TASK, "FindEmptyDrink_drink_at", dropped(TASK, "FindEmptyDrink_drink_at", "objectParameter"), words="objectParameter|hasValue"),
-    fault("KB118", TASK, "FindEmptyDrink_drink_at", dropped(TASK, "FindEmptyDrink_drink_at", "ofProperty"), words="ofProperty"),
-    fault("KB118", NAVIGATION, "Navigate_arrived_condition", dropped(NAVIGATION, "Navigate_arrived_condition", "ofTruthValue"), words="ofTruthValue"),
-    fault("KB119", TASK, "FindEmptyDrink_condition", dropped(TASK, "FindEmptyDrink_condition", "operand"), words="operand"),
-    fault("KB123", NAVIGATION, "Navigate_effect", dropped(NAVIGATION, "Navigate_effect", "subjectParameter"), words="subjectParameter"),
+    fault(
+        "KB118",
+        TASK,
+        "FindEmptyDrink_drink_at",
+        dropped(TASK, "FindEmptyDrink_drink_at", "objectParameter"),
+        words="objectParameter|hasValue",
+    ),
+    fault(
+        "KB118",
+        TASK,
+        "FindEmptyDrink_drink_at",
+        dropped(TASK, "FindEmptyDrink_drink_at", "ofProperty"),
+        words="ofProperty",
+    ),
+    fault(
+        "KB118",
+        NAVIGATION,
+        "Navigate_arrived_condition",
+        dropped(NAVIGATION, "Navigate_arrived_condition", "ofTruthValue"),
+        words="ofTruthValue",
+    ),
+    fault(
+        "KB119", TASK, "FindEmptyDrink_condition", dropped(TASK, "FindEmptyDrink_condition", "operand"), words="operand"
+    ),
+    fault(
+        "KB123",
+        NAVIGATION,
+        "Navigate_effect",
+        dropped(NAVIGATION, "Navigate_effect", "subjectParameter"),
+        words="subjectParameter",
+    ),
     # Groundings
-    fault("KB120", GROUNDINGS, "Base_service", renamed(GROUNDINGS, "Base_service", "/{robot}/base", "{robot} base"), words="serviceName|/{robot}/laser"),
-    fault("KB120", GROUNDINGS, "Base_service", renamed(GROUNDINGS, "Base_service", ">1.0<", ">0.0<"), words="timeout_s|more than 0"),
-    fault("KB120", GROUNDINGS, "Base_service", dropped(GROUNDINGS, "Base_service", "grounds"), words="ground exactly one", because="KB101 KB122"),
-    fault("KB121", GROUNDINGS, "Base_service_velocity", renamed(GROUNDINGS, "Base_service_velocity", "geometry_msgs/Twist", "Twist!"), words="messageType"),
-    fault("KB121", GROUNDINGS, "Base_service_velocity", dropped(GROUNDINGS, "Base_service_velocity", "mapsParameter"), words="mapsParameter or fileName"),
-    fault("KB122", GROUNDINGS, "Base_service", dropped(GROUNDINGS, "Base_service", "hasReplyField"), words="output odometry|no reply field"),
+    fault(
+        "KB120",
+        GROUNDINGS,
+        "Base_service",
+        renamed(GROUNDINGS, "Base_service", "/{robot}/base", "{robot} base"),
+        words="serviceName|/{robot}/laser",
+    ),
+    fault(
+        "KB120",
+        GROUNDINGS,
+        "Base_service",
+        renamed(GROUNDINGS, "Base_service", ">1.0<", ">0.0<"),
+        words="timeout_s|more than 0",
+    ),
+    fault(
+        "KB120",
+        GROUNDINGS,
+        "Base_service",
+        dropped(GROUNDINGS, "Base_service", "grounds"),
+        words="ground exactly one",
+        because="KB101 KB122",
+    ),
+    fault(
+        "KB121",
+        GROUNDINGS,
+        "Base_service_velocity",
+        renamed(GROUNDINGS, "Base_service_velocity", "geometry_msgs/Twist", "Twist!"),
+        words="messageType",
+    ),
+    fault(
+        "KB121",
+        GROUNDINGS,
+        "Base_service_velocity",
+        dropped(GROUNDINGS, "Base_service_velocity", "mapsParameter"),
+        words="mapsParameter or fileName",
+    ),
+    fault(
+        "KB122",
+        GROUNDINGS,
+        "Base_service",
+        dropped(GROUNDINGS, "Base_service", "hasReplyField"),
+        words="output Base_odometry|no reply field",
+    ),
     fault(
         "KB122",
         GROUNDINGS,
         "Base_service",
         renamed(GROUNDINGS, "Base_service_velocity", "#Base_velocity", "#Laser_scan"),
-        words="Base_service_velocity|scan|another process",
+        words="Base_service_velocity|Laser_scan|another process",
     ),
     # Places, values, durations
     fault("KB140", SITE, "at_bar", dropped(SITE, "at_bar", "inArea"), words="inArea"),
     fault("KB141", SITE, "at_bar", dropped(SITE, "at_bar", "poseX_m"), words="poseX_m"),
-    fault("KB143", SITE, "amigo_1", given(SITE, "amigo_1", link("locatedAt", SITE, "at_bar")), words="locatedAt|at_bar and start_west"),
+    fault(
+        "KB143",
+        SITE,
+        "amigo_1",
+        given(SITE, "amigo_1", link("locatedAt", SITE, "at_bar")),
+        words="locatedAt|at_bar and start_west",
+    ),
     fault("KB160", NAVIGATION, "Laser", dropped(NAVIGATION, "Laser", "duration_s"), words="duration_s"),
     fault("KB160", NAVIGATION, "Laser", renamed(NAVIGATION, "Laser", ">0.008<", ">-1.0<"), words="0 or more"),
-    fault("KB161", NAVIGATION, "Navigate_duration", dropped(NAVIGATION, "Navigate_duration", "travelGoal"), words="travelGoal"),
+    fault(
+        "KB161",
+        NAVIGATION,
+        "Navigate_duration",
+        dropped(NAVIGATION, "Navigate_duration", "travelGoal"),
+        words="travelGoal",
+    ),
 ]
 
 # What shows once the ontology is classified.
@@ -226,7 +373,13 @@ REASONED = [
         renamed(NAVIGATION, "Localize_30_Pose", f"{link('hasBinding', NAVIGATION, 'Localize_30_Pose_odometry')}\n", ""),
         words="input odometry of Pose|not bound|Binding to Pose_odometry",
     ),
-    fault("KB111", NAVIGATION, "Path", renamed(NAVIGATION, "Path_scan", ">scan<", ">pose<"), words="two parameters named 'pose'"),
+    fault(
+        "KB111",
+        NAVIGATION,
+        "Path",
+        renamed(NAVIGATION, "Path_scan", ">scan<", ">pose<"),
+        words="two parameters named 'pose'",
+    ),
     fault(
         "KB112",
         NAVIGATION,
@@ -234,7 +387,13 @@ REASONED = [
         renamed(NAVIGATION, "VelCmd_scan", "#Scan", "#OdometryReading"),
         words="scan of VelCmd is a OdometryReading|scan of Navigate is a Scan",
     ),
-    fault("KB113", NAVIGATION, "Path", renamed(NAVIGATION, "Path_location", INPUT, ROBOT_PARAMETER), words="two robot parameters"),
+    fault(
+        "KB113",
+        NAVIGATION,
+        "Path",
+        renamed(NAVIGATION, "Path_location", INPUT, ROBOT_PARAMETER),
+        words="two robot parameters",
+    ),
     fault(
         "KB117",
         NAVIGATION,
@@ -246,12 +405,24 @@ REASONED = [
         "KB124",
         NAVIGATION,
         "VelCmd_arrived",
-        renamed(NAVIGATION, "Navigate_arrived_condition", "#Navigate_arrived", "#VelCmd_arrived"),
+        renamed(NAVIGATION, "Navigate_arrived_condition", '#Navigate_arrived"', '#VelCmd_arrived"'),
         words="used in Navigate|no parameter of it",
     ),
     fault("KB125", GROUNDINGS, "Detection_service", removed("sites/tue_lab/HUE.yaml"), words="HUE.yaml|does not exist"),
-    fault("KB125", NAVIGATION, "Navigate_duration", renamed(NAVIGATION, "Navigate_duration_map_file", "navMap", "noMap"), words="noMap.yaml|does not exist"),
-    fault("KB131", SITE, "amigo_1", restricted(AMIGO, "radius_m", "", ""), words="no radius_m|class Amigo|SubClassOf: radius_m value"),
+    fault(
+        "KB125",
+        NAVIGATION,
+        "Navigate_duration",
+        renamed(NAVIGATION, "Navigate_duration_map_file", "navMap", "noMap"),
+        words="noMap.yaml|does not exist",
+    ),
+    fault(
+        "KB131",
+        SITE,
+        "amigo_1",
+        restricted(AMIGO, "radius_m", "", ""),
+        words="no radius_m|class Amigo|SubClassOf: radius_m value",
+    ),
     fault(
         "KB210",
         NAVIGATION,
@@ -259,8 +430,20 @@ REASONED = [
         renamed(NAVIGATION, "Localize_20_Laser", "#Laser", "#Localize"),
         words="without end|Localize -> Localize",
     ),
-    fault("KB301", SITE, "drink_1", given(SITE, "drink_1", f'<rdf:type rdf:resource="{IRI}core.owl#Sofa"/>'), words="contradicts itself|Sofa|Beer|tue_lab.owl:|objects.owl:"),
-    fault("KB302", OBJECTS, "Mug", a_class(OBJECTS, "Mug", "objects.owl#Drink", "core.owl#Furniture"), words="nothing can ever belong"),
+    fault(
+        "KB301",
+        SITE,
+        "drink_1",
+        given(SITE, "drink_1", f'<rdf:type rdf:resource="{IRI}core.owl#Sofa"/>'),
+        words="contradicts itself|Sofa|Beer|tue_lab.owl:|objects.owl:",
+    ),
+    fault(
+        "KB302",
+        OBJECTS,
+        "Mug",
+        a_class(OBJECTS, "Mug", "objects.owl#Drink", "core.owl#Furniture"),
+        words="nothing can ever belong",
+    ),
 ]
 
 
@@ -284,7 +467,8 @@ def test_a_wrong_edit_is_refused(case: Fault, folder: Path) -> None:
     assert (problem.file, problem.entity) == (folder / case.file, case.entity)
     text = (folder / case.file).read_text(encoding="utf-8").splitlines()
     described = f"#{case.entity}" if case.entity else "<owl:Ontology "
-    assert described in text[problem.line - 1] and "rdf:about" in text[problem.line - 1]
+    assert described in text[problem.line - 1]
+    assert "rdf:about" in text[problem.line - 1]
     for word in case.words:
         assert any(word in p.message for p in found), f"{word!r} is in none of {[p.message for p in found]}"
 
@@ -319,7 +503,7 @@ def test_an_unknown_site_names_those_there_are(folder: Path) -> None:
     with pytest.raises(UnknownSite) as caught:
         KnowledgeBase("tue_lob", folder)
     assert (caught.value.site, caught.value.known) == ("tue_lob", ["tue_lab"])
-    assert "'tue_lob'" in str(caught.value) and "there is tue_lab" in str(caught.value)
+    assert re.search(r"'tue_lob' in .*there is tue_lab", str(caught.value))
 
 
 def test_a_refused_load_changes_nothing(folder: Path, shipped: KnowledgeBase) -> None:
@@ -330,7 +514,9 @@ def test_a_refused_load_changes_nothing(folder: Path, shipped: KnowledgeBase) ->
         struct(
             ",",
             struct("member", struct("/", Var("N"), Var("A")), [struct("/", "kind", 3), struct("/", "definition", 4)]),
-            struct(",", struct("functor", Var("H"), Var("N"), Var("A")), struct("call", struct(":", "kb_facts", Var("H")))),
+            struct(
+                ",", struct("functor", Var("H"), Var("N"), Var("A")), struct("call", struct(":", "kb_facts", Var("H")))
+            ),
         ),
         Var("Answer"),
     )

@@ -2,7 +2,6 @@ import re
 
 import pytest
 from rdflib import OWL, RDF, RDFS, XSD, Graph, URIRef
-from rdflib.term import Node
 
 from kb.files import SHIPPED, local_name
 from kb.vocabulary import CORE, CORE_IRI, Kind, Property
@@ -20,7 +19,7 @@ def parsed(file: str) -> Graph:
     return Graph().parse(SHIPPED / file, format="xml")
 
 
-def terms(graph: Graph) -> list[Node]:
+def terms(graph: Graph) -> list[URIRef]:
     """The classes and properties that a file declares."""
     sorts = (OWL.Class, *PROPERTY_SORTS)
     return sorted({s for sort in sorts for s in graph.subjects(RDF.type, sort) if isinstance(s, URIRef)})
@@ -56,7 +55,9 @@ def test_every_term_is_explained(file: str) -> None:
         for prop in (RDFS.label, RDFS.comment):
             languages = [getattr(o, "language", None) for o in graph.objects(term, prop)]
             assert languages.count("en") == 1, f"{local_name(str(term))} has no {local_name(str(prop))}"
-        assert str(graph.value(term, RDFS.comment)).endswith("."), f"{local_name(str(term))}: its comment is no sentence"
+        assert str(graph.value(term, RDFS.comment)).endswith("."), (
+            f"{local_name(str(term))}: its comment is no sentence"
+        )
 
 
 def test_numbers_carry_their_unit() -> None:

@@ -1,0 +1,79 @@
+"""How fast the localize-navigate cycle closes, with every service call decided by the planner.
+
+Runs FindEmptyDrink with two robots. A cycle is LocMap, Laser, Pose, VelCmd, Base (and Path when asked
+again). Baseline: the 0.1 Hz that [RoboEarth] section 5 reports for the same cycle through its services.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Mapping
+from itertools import pairwise
+from statistics import median
+
+from executive import Fleet
+from executive.trace import ActionFinished, ProcessBegun, ProcessEnded
+from tests.benchmarks.harness import Figure, main
+
+PAPER_HZ = 0.1
+CYCLE_ENDS_WITH = "Base("
+DRIVING = "Navigate("
+
+
+def run(quick: bool) -> Mapping[str, Figure]:
+    """Measure one run, or the median of three."""
+    runs = [_run() for _ in range(1 if quick else 3)]
+    return {name: median(r[name] for r in runs) for name in runs[0]} | {"paper_hz": PAPER_HZ}
+
+
+def _run() -> dict[str, float]:
+    started = time.perf_counter()
+    with Fleet.open("tue_lab") as fleet:
+        opened = time.perf_counter()
+        result = fleet.request("FindEmptyDrink", room="tue_lab", robots=2).wait()
+        took_wall_s = time.perf_counter() - opened
+        figures: dict[str, float] = {}
+        cycles = 0
+        for robot in ("amigo_1", "pico_1"):
+            driving_s = sum(_driving_s(fleet, robot))
+            ends_s = [
+                e.t_s
+                for e in fleet.trace
+                if isinstance(e, ActionFinished) and e.robot == robot and e.action.startswith(CYCLE_ENDS_WITH)
+            ]
+            cycles += len(ends_s)
+            figures[f"{robot}_cycle_hz"] = len(ends_s) / driving_s
+            figures[f"{robot}_slowest_cycle_s"] = max(b - a for a, b in pairwise(ends_s))
+        actions = sum(isinstance(e, ActionFinished) for e in fleet.trace)
+    return {
+        **figures,
+        "simulated_s": result.took_s,
+        "wall_s": took_wall_s,
+        "open_wall_s": opened - started,
+        "times_real_time": result.took_s / took_wall_s,
+        "wall_ms_per_cycle": 1000.0 * took_wall_s / cycles,
+        "actions": float(actions),
+        "wall_ms_per_action": 1000.0 * took_wall_s / actions,
+    }
+
+
+def _driving_s(fleet: Fleet, robot: str) -> list[float]:
+    """How long each drive of a robot took."""
+    times_s: list[float] = []
+    begun_s = 0.0
+    for event in fleet.trace:
+        if (
+            isinstance(event, ProcessBegun | ProcessEnded)
+            and event.robot == robot
+            and event.process.startswith(DRIVING)
+        ):
+            if isinstance(event, ProcessBegun):
+                begun_s = event.t_s
+            else:
+                times_s.append(event.t_s - begun_s)
+    return times_s
+
+
+if __name__ == "__main__":
+    sys.exit(main("cycle", run))

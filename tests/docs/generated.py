@@ -1,0 +1,155 @@
+"""Writes the pages of the reference that say what is said elsewhere: the trace and the vocabulary."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from collections.abc import Iterable
+from pathlib import Path
+
+from rdflib import OWL, RDF, RDFS, BNode, Graph, URIRef
+from rdflib.collection import Collection
+from rdflib.term import Node
+
+from executive import trace
+from kb.vocabulary import CORE, CORE_IRI
+
+_MARK = "<!-- Written by `pytest tests/docs --update-golden`; do not edit by hand. -->\n"
+
+FIELDS = {
+    "action": 'the action, `Process(robot,"argument",...)`; data are left out',
+    "arguments": "individuals by the names of the inputs",
+    "elapsed_s": "from the call to the reply",
+    "facts_told": "how many facts had been told to the knowledge base since it was loaded",
+    "failure": "class of failure, such as `NoPath`; empty if it succeeded",
+    "knowledge": "hash of the contents of all ontology files",
+    "lower_bound_s": "no execution takes less",
+    "makespan_s": "from the making of the plan to the end of its last step",
+    "number": "of the action in this trace; never used twice",
+    "outcome": "`SUCCEEDED`, `EXECUTION_FAILED`, `POSTCONDITION_FAILED`, `REFUSED` or `TIMED_OUT`",
+    "outputs": "values by output parameter",
+    "planned_s": "how long the knowledge base says that it takes",
+    "process": "the process, with its arguments once it has begun",
+    "program": "Prolog text, one procedure a line (see [golog.md](golog.md))",
+    "prop": "the property",
+    "reason": "why, in a sentence",
+    "robot": "who does it; empty if no robot does. In `plan_made`, inside `steps`",
+    "robots": "the names of the robots (`fleet_opened`), or how many may take part at most (`task_accepted`)",
+    "seed": "of all chance in the simulator",
+    "service": "full name of the service that was called",
+    "site": "name of the site",
+    "status": "of a plan a [PlanStatus](python-api.md#planstatus), of a task a [TaskStatus](python-api.md#taskstatus)",
+    "steps": "`[action, robot, start, end]` each, in seconds, ordered by start",
+    "subject": "the individual whose property it is",
+    "t_s": "when; seconds since the fleet was opened",
+    "task": "name of the task, such as `FindEmptyDrink-1`",
+    "took_s": "from acceptance to the end",
+    "value": "its value from now on; null for messages that the trace does not show",
+}
+"""What each field means; the same name means the same in every event."""
+
+
+def trace_page() -> str:
+    """docs/reference/trace.md."""
+    lines = [
+        "# The trace",
+        "",
+        _MARK,
+        "`concertmaster run` writes a trace: a file of [JSON Lines](https://jsonlines.org), one event a line, each",
+        "with its `kind`. The events are declared in [executive/trace.py](../../executive/trace.py). Fields may be",
+        "added; their meaning does not change. The same knowledge, scenario and seed give the same file, byte for",
+        "byte. How to read one is told in [Read a trace](../how-to/read-a-trace.md).",
+        "",
+        "## Kinds of events",
+        "",
+    ]
+    used: set[str] = set()
+    for kind, event in trace.BY_KIND.items():
+        lines += [f"### {kind}", "", inspect.cleandoc(event.__doc__ or ""), "", "| field | type |", "|---|---|"]
+        for field in dataclasses.fields(event):
+            used.add(field.name)
+            lines.append(f"| `{field.name}` | `{_escaped(str(field.type))}` |")
+        lines.append("")
+    if used != set(FIELDS):
+        raise AssertionError(f"tests/docs/generated.py: say what these fields mean: {sorted(used ^ set(FIELDS))}")
+    lines += ["## Fields", "", "| field | meaning |", "|---|---|"]
+    lines += [f"| `{name}` | {_escaped(FIELDS[name])} |" for name in sorted(used)]
+    return "\n".join(lines) + "\n"
+
+
+def vocabulary_page(core: Path) -> str:
+    """docs/reference/vocabulary.md."""
+    graph = Graph()
+    graph.parse(core, format="xml")
+    lines = [
+        "# The vocabulary",
+        "",
+        _MARK,
+        f"The terms of [core.owl](../../kb/ontologies/core/core.owl), `{CORE_IRI}`. All other",
+        "ontology files import it. Names end with the unit of their values: `_s`, `_m`, `_rad`, `_mps` (m/s), `_radps`",
+        "(rad/s).",
+        "",
+        "## Classes",
+        "",
+        "| class | below | defined as | meaning |",
+        "|---|---|---|---|",
+    ]
+    for node in _named(graph, OWL.Class):
+        above = _names(o for o in graph.objects(node, RDFS.subClassOf) if isinstance(o, URIRef))
+        defined = " and ".join(_manchester(graph, o) for o in graph.objects(node, OWL.equivalentClass))
+        lines.append(f"| `{_name(node)}` | {above} | {f'`{defined}`' if defined else ''} | {_comment(graph, node)} |")
+    for title, sort in (
+        ("Object properties", OWL.ObjectProperty),
+        ("Data properties", OWL.DatatypeProperty),
+        ("Annotation properties", OWL.AnnotationProperty),
+    ):
+        lines += ["", f"## {title}", "", "| property | of | value | sort | meaning |", "|---|---|---|---|---|"]
+        for node in _named(graph, sort):
+            domain, value = (_names(graph.objects(node, p)) for p in (RDFS.domain, RDFS.range))
+            lines.append(f"| `{_name(node)}` | {domain} | {value} | {_sort(graph, node)} | {_comment(graph, node)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _named(graph: Graph, sort: Node) -> list[URIRef]:
+    return sorted(s for s in graph.subjects(RDF.type, sort) if isinstance(s, URIRef))
+
+
+def _name(node: Node) -> str:
+    return str(node).rpartition("#")[2]
+
+
+def _names(nodes: Iterable[Node]) -> str:
+    return ", ".join(sorted(f"`{_name(node)}`" for node in nodes))
+
+
+def _comment(graph: Graph, node: Node) -> str:
+    return _escaped(str(graph.value(node, RDFS.comment) or ""))
+
+
+def _sort(graph: Graph, prop: Node) -> str:
+    sorts = []
+    if (prop, RDF.type, OWL.FunctionalProperty) in graph:
+        sorts.append("one value")
+    if (prop, RDF.type, OWL.TransitiveProperty) in graph:
+        sorts.append("transitive")
+    if any(str(value) == "true" for value in graph.objects(prop, URIRef(CORE + "fluent"))):
+        sorts.append("fluent")
+    above = _names(graph.objects(prop, RDFS.subPropertyOf))
+    return ", ".join([*sorts, *([f"below {above}"] if above else [])])
+
+
+def _manchester(graph: Graph, node: Node) -> str:
+    """A class expression of named classes, `and` and `some`; what core.owl has."""
+    if not isinstance(node, BNode):
+        return _name(node)
+    members = graph.value(node, OWL.intersectionOf)
+    if members is not None:
+        return " and ".join(_manchester(graph, member) for member in Collection(graph, members))
+    prop, filler = graph.value(node, OWL.onProperty), graph.value(node, OWL.someValuesFrom)
+    assert prop is not None, "a class expression that this page cannot show"
+    assert filler is not None, "a class expression that this page cannot show"
+    return f"({_name(prop)} some {_manchester(graph, filler)})"
+
+
+def _escaped(text: str) -> str:
+    return " ".join(text.split()).replace("|", "\\|")

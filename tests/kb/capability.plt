@@ -1,0 +1,39 @@
+:- module(test_kb_capability, []).
+
+/** <module> A robot can do what requires no more than it is
+*/
+
+:- use_module(library(plunit)).
+:- use_module(kb_rules(facts)).
+:- use_module(kb_rules(capability)).
+
+:- begin_tests(capability, [setup(load), cleanup(drop_facts(-1, _))]).
+
+load :-
+    load_facts([ kind(-1, amigo_1, 'RobotWithKinect'),
+                 kind(-1, amigo_1, 'RobotWithLaser'),
+                 kind(-1, blind_1, 'RobotWithLaser'),
+                 kind(-2, blind_1, 'RobotWithKinect'),
+                 requires(-1, 'SearchDrink', 'RobotWithKinect'),
+                 requires(-1, 'SearchDrink', 'RobotWithLaser')
+               ], _).
+
+test(has_all) :-
+    capable(-1, 'SearchDrink', amigo_1).
+
+test(lacks_one, [fail]) :-
+    capable(-1, 'SearchDrink', blind_1).
+
+test(what_is_missing, [all(Capability == ['RobotWithKinect'])]) :-
+    missing(-1, 'SearchDrink', blind_1, Capability).
+
+test(nothing_is_missing, [fail]) :-
+    missing(-1, 'SearchDrink', amigo_1, _).
+
+test(nothing_required) :-
+    capable(-1, 'LocMap', blind_1).
+
+test(unknown_robot, [all(Capability == ['RobotWithKinect', 'RobotWithLaser'])]) :-
+    missing(-1, 'SearchDrink', stranger, Capability).
+
+:- end_tests(capability).

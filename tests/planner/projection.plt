@@ -1,0 +1,60 @@
+:- use_module(library(plunit)).
+:- use_module(library(assoc)).
+:- use_module(kb_rules(facts)).
+:- use_module(planner_golog(projection)).
+
+known :-
+    load_facts([ kind(p, cup, 'Thing'), kind(p, jug, 'Thing'), kind(p, cup, 'Clay'),
+                 value(p, near, cup, jug), value(p, near, cup, pot), fluent(p, full, cup, true),
+                 effect(p, 'Pour'(X, Y), fluent(full, X), false), effect(p, 'Pour'(X, Y), fluent(full, Y), true) ], _).
+
+forgotten :- drop_facts(p, _).
+
+initially(S) :- situation(p, plan(t), 2, 1000, S).
+
+:- begin_tests(situations, [setup(known), cleanup(forgotten)]).
+
+test('at first, what the knowledge base says holds', Vs == [jug, pot]) :-
+    initially(S), findall(V, fluent_value(near, cup, V, S), Vs).
+test('subjects are found by value', Xs == [cup]) :-
+    initially(S), findall(X, fluent_value(full, X, true, S), Xs).
+test('an effect takes the place of what held', Vs == [[false], [true]]) :-
+    initially(S0), apply_effects('Pour'(cup, jug), S0, S),
+    findall(V, fluent_value(full, cup, V, S), Cup), findall(V, fluent_value(full, jug, V, S), Jug),
+    Vs = [Cup, Jug].
+test('after an effect, subjects are found by their values of now', Xs == [jug]) :-
+    initially(S0), apply_effects('Pour'(cup, jug), S0, S), findall(X, fluent_value(full, X, true, S), Xs).
+test('effects are told in the log', Log == [told(full, cup, false), told(full, jug, true)]) :-
+    initially(S0), apply_effects('Pour'(cup, jug), S0, S), take_log(S, Log, _).
+test('doing the same again does not make the situation larger', Before == After) :-
+    initially(S0), apply_effects('Pour'(cup, jug), S0, S1), take_log(S1, _, S2), term_size(S2, Before),
+    apply_effects('Pour'(cup, jug), S2, S3), take_log(S3, _, S4), term_size(S4, After).
+test('what is forgotten is as the knowledge base says', Vs == [true]) :-
+    initially(S0), apply_effects('Pour'(cup, jug), S0, S1), forget(full, cup, S1, S),
+    findall(V, fluent_value(full, cup, V, S), Vs).
+
+test('all of nothing holds, any of nothing does not') :-
+    initially(S), once(holds(all([]), S)), \+ holds(any([]), S).
+test('all shares its variables', Xs == [cup]) :-
+    initially(S), findall(X, holds(all([holds(near, X, jug), holds(full, X, true)]), S), Xs).
+test('what is not known does not hold') :-
+    initially(S), once(holds(not(holds(full, jug, true)), S)), \+ holds(holds(full, jug, true), S).
+test('individuals come in order of name', Xs == [cup, jug]) :-
+    initially(S), findall(X, member_of('Thing', X, S), Xs).
+test('an individual is of its classes only') :-
+    initially(S), member_of('Clay', cup, S), \+ member_of('Clay', jug, S).
+
+test('running steps end in order of time', End-Next == 1010-1050) :-
+    initially(S0), start(a, 'A', r1, 50, S0, S1), start(b, 'B', r2, 10, S1, S2),
+    next_end(S2, End), stop(b, S2, S3), next_end(S3, Next).
+test('who has begun something is in the team for good') :-
+    initially(S0), start(a, 'A', r1, 5, S0, S1), start(b, 'B', r2, 5, S1, S2), stop(a, S2, S3),
+    idle(r1, S3), \+ idle(r2, S3), \+ idle(r3, S3).
+test('what is late is expected to end now', Ends == [2000, 2500]) :-
+    initially(S0), start(a, 'A', r1, 50, S0, S1), start(b, 'B', r2, 1500, S1, S2), at_time(S2, 2000, S3),
+    catch_up(S3, S), running(S, Runs), findall(E, member(run(E, _, _, _), Runs), Ends).
+test('situations with the same future have the same key, however they came about', Same == true) :-
+    initially(S0), apply_effects('Pour'(cup, jug), S0, S1), take_log(S1, _, S2), progressed(S1, K1), progressed(S2, K2),
+    ( K1 == K2 -> Same = true ; Same = K1-K2 ).
+
+:- end_tests(situations).

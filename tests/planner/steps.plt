@@ -1,0 +1,74 @@
+:- use_module(library(plunit)).
+:- use_module(kb_rules(facts)).
+:- use_module(planner_golog(steps)).
+
+% Two robots watch; Main has one of them, whichever is picked, watch and report, beside a count.
+
+station :-
+    load_facts(
+        [ kind(t, r1, 'Robot'), kind(t, r2, 'Robot'),
+          parameters(t, 'Watch', [robot-robot]), agent(t, 'Watch'(R1), R1), duration(t, 'Watch'(_), fixed(10)),
+          parameters(t, 'Count', []), duration(t, 'Count', fixed(5)),
+          parameters(t, 'Guard', [robot-robot]), agent(t, 'Guard'(R2), R2), keeps_robot(t, 'Guard'),
+          definition(t, 'Guard'(R3), F3, [call(F3, watch, 'Watch'(R3)), call(F3, report, 'Watch'(R3))]),
+          parameters(t, 'Main', []),
+          definition(t, 'Main', F4, conc([ pick(F4, pick, R4, 'Robot', call(F4, guard, 'Guard'(R4))),
+                                           call(F4, count, 'Count') ]))
+        ], _).
+
+station_gone :- drop_facts(t, _).
+
+open(Key) :- open_session(request(Key, t, 'Main', 2, 0), _).
+plan(Key, Now, Dict) :- make_plan(plan(Key, Now, [], 1000), Dict).
+% Events as kind-Id-robot.
+shown(Dict, Shown) :- findall(K-Id-R, ( get_dict(events, Dict, Events), member([K, Id, R|_], Events) ), Shown).
+
+:- begin_tests(sessions, [setup(station), cleanup(station_gone)]).
+
+test('all that may start starts', Started == ['s1/task/guard/watch'-r1, 's1/task/count'-none]) :-
+    open(s1), plan(s1, 0, _), next_actions(next(s1, 0), Dict),
+    shown(Dict, Shown), findall(Id-R, member(started-Id-R, Shown), Started).
+test('nothing starts twice', Events-Running == []-2) :-
+    open(s2), plan(s2, 0, _), next_actions(next(s2, 0), _), next_actions(next(s2, 0), Dict),
+    _{events: Events, running: Running} :< Dict.
+test('an outcome starts what follows it', Started == [started-'s3/task/guard/report'-r1]) :-
+    open(s3), plan(s3, 0, _), next_actions(next(s3, 0), _),
+    report(done(s3, 10, 's3/task/guard/watch', []), Dict), shown(Dict, Started).
+test('after the last outcome all is done', Dones == [false, false, true]) :-
+    open(s4), plan(s4, 0, _), next_actions(next(s4, 0), _),
+    findall(Done, ( member(Id, ['s4/task/guard/watch', 's4/task/count', 's4/task/guard/report']),
+                    report(done(s4, 10, Id, []), Dict), get_dict(done, Dict, Done) ), Dones).
+test('an outcome of what is not running is an error', throws(error(existence_error(running_action, x), _))) :-
+    open(s5), report(done(s5, 0, x, []), _).
+test('a closed session is an error', throws(error(existence_error(session, s6), _))) :-
+    open(s6), close_session(s6, _), next_actions(next(s6, 0), _).
+test('a plan in the middle tells what is under way', Steps == [['s7/task/count', 20, 20], ['s7/task/guard/report', 20, 30]]) :-
+    open(s7), plan(s7, 0, _), next_actions(next(s7, 0), _),
+    report(done(s7, 20, 's7/task/guard/watch', []), _), plan(s7, 20, Dict),
+    _{steps: All, under_way: Ids} :< Dict,
+    findall([Id, From, To], ( member([From, To, Id|_], All), memberchk(Id, Ids) ), Steps).
+
+test('after a failure the choice is open again, without who failed', Found == [true, r1, r2]) :-
+    open(f1), plan(f1, 0, _), next_actions(next(f1, 0), _),
+    retry(failed(f1, 5, 'f1/task/guard/watch'), Dict), plan(f1, 5, _), next_actions(next(f1, 5), Next),
+    shown(Next, Events), memberchk(started-'f1/task/guard/watch'-Robot, Events),
+    _{retry: Retry, excluded: Excluded} :< Dict,
+    Found = [Retry, Excluded, Robot].
+test('before it is planned again, nothing is given to who failed', Events == []) :-
+    open(f2), plan(f2, 0, _), next_actions(next(f2, 0), _),
+    retry(failed(f2, 5, 'f2/task/guard/watch'), _), next_actions(next(f2, 5), Next), shown(Next, Events).
+test('where all have failed, there is no plan', Status == unsolvable_proven) :-
+    open(f3), plan(f3, 0, _), next_actions(next(f3, 0), _),
+    retry(failed(f3, 5, 'f3/task/guard/watch'), _), plan(f3, 5, _), next_actions(next(f3, 5), _),
+    retry(failed(f3, 9, 'f3/task/guard/watch'), _), plan(f3, 9, Dict),
+    get_dict(status, Dict, Status).
+test('what was not chosen cannot be retried', Retry == false) :-
+    open(f4), plan(f4, 0, _), next_actions(next(f4, 0), _), retry(failed(f4, 5, 'f4/task/count'), Dict),
+    get_dict(retry, Dict, Retry).
+test('a failure in the middle of a process begins it again', Events == [begun-'f5/task/guard'-r2,
+                                                                        started-'f5/task/guard/watch'-r2]) :-
+    open(f5), plan(f5, 0, _), next_actions(next(f5, 0), _), report(done(f5, 10, 'f5/task/guard/watch', []), _),
+    retry(failed(f5, 15, 'f5/task/guard/report'), _), plan(f5, 15, _), next_actions(next(f5, 15), Next),
+    shown(Next, Events).
+
+:- end_tests(sessions).

@@ -1,0 +1,55 @@
+:- use_module(library(plunit)).
+:- use_module(kb_rules(facts)).
+:- use_module(planner_golog(syntax)).
+
+wipe(call(_, wipe, 'Wipe'(r))).
+
+:- begin_tests(well_formed).
+
+test('every construct is a program', forall(member(P, [[], [W, W], conc([W, []]), choice(_, c, [W, []]), test(all([])),
+        pick(_, p, _, 'Robot', W), if(is_true(loc(_, ok)), W, []), while(not(holds(a, b, c)), W), until(W, any([])),
+        foreach(_, e, [X-'Thing'], holds(dirty, X, true), _, W)]))) :-
+    wipe(W), well_formed(P).
+test('a variable is none', throws(error(malformed_program(_, 'a program'), _))) :- well_formed([_]).
+test('an unknown construct is none', throws(error(malformed_program(perhaps(_), 'a program'), _))) :-
+    wipe(W), well_formed(conc([W, perhaps(W)])).
+test('a runtime term is not written', throws(error(malformed_program(running(a), 'a program'), _))) :-
+    well_formed([running(a)]).
+test('branches come in a list', throws(error(malformed_program(W, 'a list of programs'), _))) :-
+    wipe(W), well_formed(choice(_, c, W)).
+test('a step has a name', throws(error(malformed_program(1, 'the name of a step'), _))) :-
+    well_formed(call(_, 1, 'Wipe'(r))).
+test('a pick has a variable', throws(error(malformed_program(r-'Robot', 'a Variable-Class'), _))) :-
+    wipe(W), well_formed(pick(_, p, r, 'Robot', W)).
+test('a for-each has variables', throws(error(malformed_program([], 'a list of Variable-Class'), _))) :-
+    wipe(W), well_formed(foreach(_, e, [], all([]), _, W)).
+test('a condition is one of five', throws(error(malformed_program(maybe, 'a condition'), _))) :-
+    wipe(W), well_formed(if(all([maybe]), W, [])).
+test('a truth value has a place', throws(error(malformed_program(is_true(yes), 'a condition'), _))) :-
+    well_formed(test(is_true(yes))).
+test('a loop has something to do every time',
+     forall(member(P, [[], [if(all([]), W, [])], choice(f, c, [W, []]), conc([]), test(all([]))])),
+     throws(error(malformed_program(while(all([]), P), _), _))) :-
+    wipe(W), well_formed(while(all([]), P)).
+
+:- end_tests(well_formed).
+
+:- begin_tests(definitions, [setup(load_facts([definition(d, 'Main', F, [call(F, a, 'Wipe'(r)), call(F, b, 'Bad')]),
+                                               duration(d, 'Wipe'(_), fixed(1)), definition(d, 'Bad', _, oops),
+                                               definition(d, 'Stray', G, call(G, a, 'Missing'))], _)),
+                             cleanup(drop_facts(d, _))]).
+
+test('a step is well-formed') :- well_formed(d, 'Wipe'(r)).
+test('what is called must be too', throws(error(malformed_program(oops, 'a program'), _))) :- well_formed(d, 'Main').
+test('what is called must exist', throws(error(malformed_program('Missing', 'the head of a process'), _))) :-
+    well_formed(d, 'Stray').
+test('the error says what is wrong', Text == "malformed program: oops is not a program") :-
+    catch(well_formed(d, 'Main'), Error, true),
+    message_to_codes(Error, Text).
+
+:- end_tests(definitions).
+
+message_to_codes(Error, Text) :-
+    '$messages':translate_message(Error, Lines, []),
+    with_output_to(string(Text0), print_message_lines(current_output, '', Lines)),
+    normalize_space(string(Text), Text0).
