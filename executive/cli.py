@@ -14,9 +14,20 @@ from pathlib import Path
 
 from executive.errors import BadRequest
 from executive.events import TaskStatus
+from executive.export import export_mcap
 from executive.fleet import Fleet, TaskHandle
 from executive.pictures import draw_gantt, draw_top_view
-from executive.trace import FleetOpened, ProcessBegun, ProcessEnded, TraceEvent, narrate, read_trace
+from executive.replay import first_difference, scenario_of
+from executive.trace import (
+    FleetOpened,
+    PlanFailed,
+    ProcessBegun,
+    ProcessEnded,
+    TaskFinished,
+    TraceEvent,
+    narrate,
+    read_trace,
+)
 from executive.wiring import site_map
 from kb.errors import ConcertmasterError
 from kb.files import SHIPPED
@@ -70,7 +81,11 @@ def _parser() -> argparse.ArgumentParser:
     trace.add_argument("file", type=Path, help="a trace.jsonl that `run` wrote")
     trace.add_argument("--gantt", type=Path, metavar="PNG", help="draw who did what when")
     trace.add_argument("--top-view", type=Path, metavar="PNG", help="draw where the robots went")
-    trace.add_argument("--knowledge", type=Path, default=SHIPPED, help="folder of ontologies that has the site's map")
+    trace.add_argument("--mcap", type=Path, metavar="FILE", help="export for Foxglove and other readers of MCAP")
+    trace.add_argument(
+        "--replay", action="store_true", help="do it again, and tell the first difference if there is one"
+    )
+    trace.add_argument("--knowledge", type=Path, default=SHIPPED, help="folder of ontologies (default: shipped)")
     trace.set_defaults(command=_trace)
 
     kb = commands.add_parser("kb", help="work with the knowledge base").add_subparsers(required=True, metavar="COMMAND")
@@ -95,10 +110,9 @@ def _add_request(parser: argparse.ArgumentParser) -> None:
 
 
 def _open(options: argparse.Namespace, trace: Path | None) -> Fleet:
-    scenario = options.scenario
     return Fleet.open(
         options.site,
-        scenario=Path(scenario) if scenario and scenario.endswith(".toml") else scenario,
+        scenario=scenario_of(options.scenario) if options.scenario else None,
         knowledge=options.knowledge,
         seed=options.seed,
         trace=trace,
@@ -176,6 +190,10 @@ class _Teller:
                     took_s = event.t_s - self._begun.get((event.task, event.process), event.t_s)
                     if took_s >= _WORTH_A_LINE_S:
                         lines.append(f"done [{event.process}] at time {event.t_s:.2f}, after {took_s:.2f} s")
+                case PlanFailed():
+                    pass  # the end of the task tells why
+                case TaskFinished() if event.status != TaskStatus.COMPLETED:
+                    pass  # told at the end, where errors go
                 case _:
                     lines += (line for line in narrate([event]) if not line.startswith("do ["))
         return lines
@@ -210,7 +228,14 @@ def _trace(options: argparse.Namespace) -> int:
         draw_top_view(events, site_map(knowledge.snapshot()), options.top_view)
         knowledge.close()
         print(options.top_view)
-    if not options.gantt and not options.top_view:
+    if options.mcap:
+        export_mcap(events, options.mcap)
+        print(options.mcap)
+    if options.replay:
+        difference = first_difference(events, options.knowledge)
+        print(difference or f"{len(events)} events, all the same")
+        return FAILED if difference else OK
+    if not options.gantt and not options.top_view and not options.mcap:
         for line in narrate(events):
             print(line)
     return OK

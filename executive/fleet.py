@@ -130,6 +130,17 @@ class Fleet:
         """Seconds since the fleet was opened."""
         return self._parts.clock.now_s
 
+    def let_time_pass(self, until_s: float) -> None:
+        """Let everything happen that happens up to a time."""
+        clock, reached = self._parts.clock, False
+
+        def reach() -> None:
+            nonlocal reached
+            reached = True
+
+        clock.call_at(max(until_s, clock.now_s), reach)
+        clock.run_until(lambda: reached)
+
     @property
     def parts(self) -> Parts:
         """What the fleet consists of, for tests and scoring."""

@@ -302,7 +302,7 @@ def _finish(state: State, name: str, status: TaskStatus, reason: str, now_s: flo
         return state, []
     state = _let_go(state, lambda _, running: running.task == name)
     state = replace(state, tasks={n: t for n, t in state.tasks.items() if n != name})
-    took_s = now_s - task.accepted_s
+    took_s = round(now_s - task.accepted_s, 9)
     commands: list[Command] = [
         _status(name, status, reason, now_s),
         FinishTask(task=name, status=status, reason=reason, took_s=took_s),

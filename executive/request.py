@@ -45,7 +45,7 @@ def check_request(process: str, arguments: Mapping[str, object], robots: object,
     for name, parameter in wanted.items():
         if name not in arguments:
             raise BadRequest(
-                name, f"{process} needs the argument {name!r}, a {parameter.kind}; it takes {_signature(found)}"
+                name, f"{process} needs the argument {name!r}, {_a(parameter.kind)}; it takes {_signature(found)}"
             )
         if parameter.is_datum:
             raise BadRequest(
@@ -64,13 +64,15 @@ def check_request(process: str, arguments: Mapping[str, object], robots: object,
 def _individual(value: object, name: str, kind: str, process: str, snapshot: Snapshot) -> str:
     right = snapshot.ontology.individuals(kind)
     if not isinstance(value, str):
-        raise BadRequest(name, f"{name}={value!r} of {process} is a {type(value).__name__}; give the name of a {kind}")
+        raise BadRequest(
+            name, f"{name}={value!r} of {process} is a {type(value).__name__}; give the name of {_a(kind)}"
+        )
     if value not in snapshot.ontology.kinds:
-        raise BadRequest(name, f"{name}={value!r} of {process} is not known; {_near(value, right, f'a {kind} is')}")
+        raise BadRequest(name, f"{name}={value!r} of {process} is not known; {_near(value, right, f'{_a(kind)} is')}")
     if value not in right:
         own = snapshot.ontology.kind_of(value)
         raise BadRequest(
-            name, f"{name}={value!r} of {process} is a {own}, not a {kind}; {_near(value, right, f'a {kind} is')}"
+            name, f"{name}={value!r} of {process} is {_a(own)}, not {_a(kind)}; {_near(value, right, f'{_a(kind)} is')}"
         )
     return value
 
@@ -81,4 +83,8 @@ def _near(wrong: str, right: list[str], there_is: str) -> str:
 
 
 def _signature(process: Process) -> str:
-    return ", ".join(f"{p.name} (a {p.kind})" for p in process.inputs) or "no arguments"
+    return ", ".join(f"{p.name} ({_a(p.kind)})" for p in process.inputs) or "no arguments"
+
+
+def _a(kind: str) -> str:
+    return f"an {kind}" if kind[0] in "AEIOU" else f"a {kind}"

@@ -25,10 +25,10 @@ from kb.store import KnowledgeBase, Snapshot
 from kb.terms import Action, Data, Fluent
 from kb.vocabulary import Property
 from planner.plan import Plan
-from planner.planner import Session
+from planner.planner import Exclusion, Session
 
-PLANNING_S = 0.1
-"""Under simulated time, making a plan takes so long."""
+PLANNING_S = 0.5
+"""Under simulated time, making a plan takes so long (about 0.3 s on two slow cores, most of it travel times)."""
 
 DECIDING_S = 0.001
 """Under simulated time, each decision of what may start now takes so long."""
@@ -162,7 +162,7 @@ class Shell:
         plan = session.plan(times, now_s=now_s + PLANNING_S)
         if plan.solved:
             return plan, ()
-        return plan, tuple(_lack(e.process, e.robot, e.capability, snapshot) for e in session.exclusions())
+        return plan, _lacking(session.exclusions(), snapshot)
 
     def _pose_estimate(self, robot: str) -> PoseStamped:
         pose = self._messages[Fluent(Property.HAS_POSE_ESTIMATE, robot).place]
@@ -190,7 +190,7 @@ class Shell:
             return
 
         def deliver(reply: ServiceReply) -> None:
-            ended(interpret(reply, grounding, service=call.service, elapsed_s=self.clock.now_s - called_s))
+            ended(interpret(reply, grounding, service=call.service, elapsed_s=round(self.clock.now_s - called_s, 9)))
 
         self.recorder.record(
             trace.ActionStarted(
@@ -273,10 +273,17 @@ class Shell:
         return outputs
 
 
-def _lack(process: str, robot: str, capability: str, snapshot: Snapshot) -> str:
-    means = snapshot.ontology.definition(capability)
-    told = f" ({means})" if means else ""
-    return f"{robot} cannot do {process}: it is no {capability}{told}"
+def _lacking(exclusions: Sequence[Exclusion], snapshot: Snapshot) -> tuple[str, ...]:
+    """Which robots lack what for which processes, a sentence for each robot and capability."""
+    processes: dict[tuple[str, str], list[str]] = {}
+    for excluded in exclusions:
+        processes.setdefault((excluded.robot, excluded.capability), []).append(excluded.process)
+    sentences = []
+    for (robot, capability), names in sorted(processes.items()):
+        means = snapshot.ontology.definition(capability)
+        told = f" ({means})" if means else ""
+        sentences.append(f"{robot} cannot do {' or '.join(sorted(names))}: it is no {capability}{told}")
+    return tuple(sentences)
 
 
 def _shown(message: object) -> bool | list[float] | None:

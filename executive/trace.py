@@ -19,14 +19,15 @@ from kb.vocabulary import Property
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FleetOpened:
-    """The executive is ready: which knowledge, which world, which chance."""
+    """The executive is ready: which knowledge (hash of its files), which scenario, which chance."""
 
     kind: ClassVar[Literal["fleet_opened"]] = "fleet_opened"
     t_s: float
     site: str
     robots: list[str]
     knowledge: str
-    seed: int | None
+    scenario: str
+    seed: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

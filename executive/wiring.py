@@ -43,7 +43,8 @@ def open_simulated(
     """
     base = KnowledgeBase(site, knowledge or SHIPPED)
     try:
-        world = load_scenario(_scenario_for(site) if scenario is None else scenario)
+        named = _scenario_for(site) if scenario is None else scenario
+        world = load_scenario(named)
         _check_names(base.snapshot(), world)
         for robot in world.robots:
             base.tell(Property.LOCATED_AT, robot.name, robot.start)
@@ -72,6 +73,7 @@ def open_simulated(
             site=site,
             robots=[robot.name for robot in world.robots],
             knowledge=snapshot.ontology.files.digest,
+            scenario=str(named),
             seed=world.seed if seed is None else seed,
         )
     )

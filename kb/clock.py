@@ -49,7 +49,7 @@ class _Agenda:
 
 
 class SimClock:
-    """Simulated time, as fast as it goes and the same every time."""
+    """Simulated time, as fast as it goes and the same every time; it ticks in nanoseconds."""
 
     def __init__(self) -> None:
         self._now_s = 0.0
@@ -65,6 +65,7 @@ class SimClock:
         self._followers.append(advance_to)
 
     def call_at(self, t_s: float, callback: Callback) -> None:
+        t_s = round(t_s, 9)  # sums of delays would carry their rounding errors into every trace
         if t_s < self._now_s:
             raise ValueError(f"call_at({t_s}): the time is already {self._now_s}")
         self._agenda.add(t_s, callback)

@@ -154,7 +154,7 @@ def _parse(path: Path) -> OntologyFile:
     graph = Graph()
     try:
         xml.Parse(content, True)
-        graph.parse(data=content, format="xml", publicID=path.as_uri())
+        graph.parse(data=content, format="xml", publicID=path.resolve().as_uri())
     except (expat.ExpatError, SAXException, ParserError, ValueError) as error:
         raise rejected(xml.CurrentLineNumber, f"does not parse as RDF/XML: {error}") from error
     iris = sorted(str(s) for s in graph.subjects(RDF.type, OWL.Ontology) if isinstance(s, URIRef))

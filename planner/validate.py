@@ -123,6 +123,8 @@ class _Walk:
                     self._definitions[name] = (parameters, body)
                 case Struct("proc", (str(name), body)):
                     self._definitions[name] = ((), body)
+                case _:
+                    raise ValueError(f"no procedure: {definition}")
         self.violations: list[str] = []
         self.visited: set[str] = set()
 
@@ -159,6 +161,10 @@ class _Walk:
                 return self.run(body, {**binding, name: chosen}, start_s)
             case Struct("foreach", (frame, step, list(variables), condition, Var(inner), body)):
                 return self._turns(frame, step, variables, condition, inner, body, binding, start_s)
+            case Struct("if", (_, then, otherwise)):
+                return self._either(then, otherwise, binding, start_s)
+            case Struct("test"):
+                return start_s
             case Struct("call"):
                 return self.call(_bind(program, binding), start_s)
             case _:
@@ -202,6 +208,15 @@ class _Walk:
             )
             if between and other not in own and other.action.robot == own[0].action.robot:
                 self.violations.append(f"{other.action} comes between the steps of {name}, which keeps its robot")
+
+    def _either(self, then: Term, otherwise: Term, binding: Mapping[str, Term], start_s: float) -> float:
+        """The branch that the plan's steps follow; effects are not followed here, so the condition is not asked."""
+        so_far, visited = list(self.violations), set(self.visited)
+        end_s = self.run(then, binding, start_s)
+        if self.violations == so_far:
+            return end_s
+        self.violations, self.visited = so_far, visited
+        return self.run(otherwise, binding, start_s)
 
     def _choice(self, choice_id: str) -> str | int:
         if choice_id not in self._choices:

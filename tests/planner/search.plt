@@ -17,6 +17,8 @@ yard :-
           agent(y, 'Fill'(R3), R3), duration(y, 'Fill'(_), fixed(10)), effect(y, 'Fill'(_), fluent(full, tank), true),
           agent(y, 'Empty'(R4), R4), duration(y, 'Empty'(_), fixed(10)), effect(y, 'Empty'(_), fluent(full, tank), false),
           precondition(y, 'Empty'(_), holds(full, tank, true)),
+          agent(y, 'Use'(R7), R7), duration(y, 'Use'(_), fixed(10)),
+          precondition(y, 'Use'(_), not(holds(full, tank, true))),
           agent(y, 'Lighten'(R5, _), R5), duration(y, 'Lighten'(_, _), fixed(10)),
           effect(y, 'Lighten'(_, X5), fluent(heavy, X5), false),
           agent(y, 'Move'(R6, _), R6), duration(y, 'Move'(_, _), fixed(1000))
@@ -58,6 +60,8 @@ test('waiting pays where a step would undo what another needs', M == 110) :-
     best(conc([call(f, a, 'Empty'(r1)), call(f, b, 'Fill'(r2)),
                [call(f, d, 'Slow'(r2)), test(holds(full, tank, false))]]),
          plan(optimal, M, M, _, _)).
+test('a step that would spoil what another needs is put off', M == 110) :-
+    best(conc([call(f, a, 'Fill'(r1)), [call(f, b, 'Slow'(r2)), call(f, d, 'Use'(r2))]]), plan(optimal, M, M, _, _)).
 test('a loop on what is known is looked through', M == 20) :-
     best([call(f, a, 'Fill'(r1)), while(holds(full, tank, true), call(f, b, 'Empty'(r1)))], plan(optimal, M, M, _, _)).
 test('what only acting finds out cannot be looked ahead to', throws(error(depends_on_sensing(_), _))) :-
@@ -71,6 +75,10 @@ test('the bound is right though turns may fall away', M == 20) :-
     best([call(f, a, 'Lighten'(r1, b1)), call(f, b, 'Lighten'(r1, b2)),
           foreach(f, e, [X-'Box'], holds(heavy, X, true), I, call(I, m, 'Move'(r1, X)))],
          plan(optimal, M, M, _, _)).
+test('nor does the bound lead to a worse branch then', M == 20) :-
+    P = [call(f, a, 'Lighten'(r1, b1)), call(f, b, 'Lighten'(r1, b2)),
+         foreach(f, e, [X-'Box'], holds(heavy, X, true), I, call(I, m, 'Move'(r1, X)))],
+    best(choice(f, c, [P, call(f, d, 'Slow'(r1))]), plan(optimal, M, M, _, _)).
 test('with the budget spent, an execution and a bound, called optimal only if they meet') :-
     ahead(S),
     P = conc([call(f, a, 'Slow'(r1)), choice(f, c, [call(f, b, 'Slow'(r1)), call(f, d, 'Slow'(r2))])]),

@@ -1,0 +1,56 @@
+"""Does what a trace tells once more, and compares: same inputs, same decisions, or the first difference."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import zip_longest
+from pathlib import Path
+
+from executive.errors import BadTrace
+from executive.events import TaskStatus
+from executive.fleet import Fleet, TaskHandle
+from executive.trace import FleetOpened, TaskAccepted, TaskFinished, TraceEvent, to_json
+
+
+def scenario_of(named: str) -> str | Path:
+    """A scenario as a person names it: a TOML file, or a shipped one."""
+    return Path(named) if named.endswith(".toml") else named
+
+
+def first_difference(events: Sequence[TraceEvent], knowledge: Path) -> str:
+    """Open the same fleet, file and cancel the same tasks at the same times, and compare event by event.
+
+    Args:
+        events: A trace; if it ends before its tasks did, so does the comparison.
+        knowledge: Folder of the ontologies that it was recorded with.
+
+    Returns:
+        Number of the first event that differs and both sides; empty if none does.
+
+    Raises:
+        BadTrace: It does not begin with a fleet being opened.
+    """
+    opened = events[0] if events else None
+    if not isinstance(opened, FleetOpened):
+        raise BadTrace("trace", 1, "does not begin with fleet_opened, so it is not known what to do again")
+    with Fleet.open(opened.site, scenario=scenario_of(opened.scenario), knowledge=knowledge, seed=opened.seed) as fleet:
+        tasks: dict[str, TaskHandle] = {}
+        for event in events:
+            match event:
+                case TaskAccepted():
+                    fleet.let_time_pass(event.t_s)
+                    tasks[event.task] = fleet.request(event.process, robots=event.robots, **event.arguments)
+                case TaskFinished() if event.status == TaskStatus.CANCELED:
+                    fleet.let_time_pass(event.t_s)
+                    tasks[event.task].cancel()
+                case _:
+                    pass
+        for task in tasks.values():
+            task.wait()
+        again = list(fleet.trace)[: len(events)]
+    for number, (one, other) in enumerate(zip_longest(events, again), start=1):
+        was = to_json(one) if one else "nothing"
+        now = to_json(other) if other else "nothing"
+        if was != now:
+            return f"event {number} differs\n- {was}\n+ {now}"
+    return ""
