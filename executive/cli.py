@@ -153,6 +153,7 @@ def _run(options: argparse.Namespace) -> int:
         case TaskStatus.COMPLETED:
             return OK
         case TaskStatus.CANCELED:
+            _complain(f"concertmaster: {task.name} {result.status}: {result.reason}")
             return INTERRUPTED
         case _:
             _complain(f"concertmaster: {task.name} {result.status}: {result.reason}")

@@ -3,24 +3,38 @@
 from executive import Fleet
 
 with Fleet.open("tue_lab") as fleet:
-task = fleet.request("FindEmptyDrink", room="tue_lab", robots=2)
-result = task.wait()            # result.status, result.reason, result.plan, result.outputs
+    task = fleet.request("FindEmptyDrink", room="tue_lab", robots=2)
+    result = task.wait()            # result.status, result.reason, result.plan, result.outputs
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from executive import events
-from executive.request import check_request
+from executive.errors import BadRequest
+from executive.request import TaskRequest, check_request
 from executive.shell import TaskResult
 from executive.trace import TraceEvent
 from executive.wiring import Parts, open_simulated
+from kb.clock import Clock
 from kb.errors import InternalError
 from planner.plan import Plan
+
+
+def _let_time_pass(clock: Clock, until_s: float, done: Callable[[], bool]) -> None:
+    """Let everything happen that happens up to a time, or until `done()`; a time that is past is now."""
+    reached = False
+
+    def reach() -> None:
+        nonlocal reached
+        reached = True
+
+    clock.call_at(max(until_s, clock.now_s), reach)
+    clock.run_until(lambda: reached or done())
 
 
 class TaskHandle:
@@ -51,9 +65,8 @@ class TaskHandle:
 
     def wait_until(self, t_s: float) -> TaskResult | None:
         """Let time pass until the task has ended or the clock shows `t_s`; the result if it has ended."""
-        clock, results = self._parts.clock, self._parts.shell.results
-        clock.call_at(t_s, lambda: None)
-        clock.run_until(lambda: self.name in results or clock.now_s >= t_s)
+        results = self._parts.shell.results
+        _let_time_pass(self._parts.clock, t_s, lambda: self.name in results)
         return results.get(self.name)
 
     def cancel(self) -> None:
@@ -67,6 +80,7 @@ class Fleet:
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
         self._counts: dict[str, int] = {}
+        self._is_open = True
 
     @classmethod
     def open(
@@ -102,9 +116,9 @@ class Fleet:
             **arguments: Individuals for the inputs of the process, by name.
 
         Raises:
-            BadRequest: Something about the request is wrong; nothing was done.
+            BadRequest: Something about the request is wrong, or the fleet is closed; nothing was done.
         """
-        request = check_request(process, arguments, robots, self._parts.knowledge.snapshot())
+        request = self._checked(process, arguments, robots)
         count = self._counts.get(process, 0) + 1
         self._counts[process] = count
         name = f"{process}-{count}"
@@ -117,8 +131,12 @@ class Fleet:
         Returns:
             The plan, and, if there is none, which robots lack which capability, a sentence each.
         """
-        request = check_request(process, arguments, robots, self._parts.knowledge.snapshot())
-        return self._parts.shell.plan(request)
+        return self._parts.shell.plan(self._checked(process, arguments, robots))
+
+    def _checked(self, process: str, arguments: Mapping[str, str], robots: int | None) -> TaskRequest:
+        if not self._is_open:
+            raise BadRequest(process, f"{process} cannot be asked for: this fleet is closed; open another")
+        return check_request(process, arguments, robots, self._parts.knowledge.snapshot())
 
     @property
     def trace(self) -> Sequence[TraceEvent]:
@@ -132,14 +150,7 @@ class Fleet:
 
     def let_time_pass(self, until_s: float) -> None:
         """Let everything happen that happens up to a time."""
-        clock, reached = self._parts.clock, False
-
-        def reach() -> None:
-            nonlocal reached
-            reached = True
-
-        clock.call_at(max(until_s, clock.now_s), reach)
-        clock.run_until(lambda: reached)
+        _let_time_pass(self._parts.clock, until_s, lambda: False)
 
     @property
     def parts(self) -> Parts:
@@ -147,7 +158,12 @@ class Fleet:
         return self._parts
 
     def close(self) -> None:
-        """Stop everything and write the trace out."""
+        """Cancel the tasks that have not ended, stop everything and write the trace out."""
+        if not self._is_open:
+            return
+        self._is_open = False
+        for task in reversed(self._parts.shell.unfinished):  # the last first, or the next would begin
+            self._parts.shell.post(events.CancelRequested(task=task))
         self._parts.shell.recorder.close()
         self._parts.simulation.close()
         self._parts.knowledge.close()

@@ -58,6 +58,7 @@ class Task:
 
     Attributes:
         trouble: What has failed so far; empty as long as nothing has.
+        awaited_plans: How many plans are still to come: the first, and one for each failure.
         limits_s: How long composite steps of the plan may take, by id.
         deadlines: Those that have begun: what they are, and when they have failed, by id.
     """
@@ -67,6 +68,7 @@ class Task:
     status: TaskStatus
     accepted_s: float
     trouble: str = ""
+    awaited_plans: int = 1
     limits_s: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     deadlines: Mapping[str, tuple[Action, float]] = field(default_factory=lambda: MappingProxyType({}))
 
@@ -162,6 +164,7 @@ def _take_plan(state: State, event: PlanWasMade, now_s: float) -> Step:
     task, plan = state.tasks.get(event.task), event.plan
     if task is None:
         return state, []
+    task = replace(task, awaited_plans=task.awaited_plans - 1)
     if plan.solved:
         steps = [(str(s.action), s.action.robot or "", s.start_s, s.end_s) for s in plan.steps]
         made = trace.PlanMade(
@@ -192,8 +195,10 @@ def _start_actions(state: State, event: ActionsAreReady, now_s: float) -> Step:
     if event.progress.done:
         state, ending = _finish(state, event.task, TaskStatus.COMPLETED, "everything asked for is done", now_s)
         return state, commands + ending
-    if event.progress.running == 0:
-        reason = "the program can neither go on nor end"
+    task = state.tasks[event.task]
+    if event.progress.running == 0 and task.awaited_plans == 0:
+        dead_end = "the program can neither go on nor end"
+        reason = f"{task.trouble}; {dead_end}" if task.trouble else dead_end
         state, ending = _finish(state, event.task, TaskStatus.FAILED, reason, now_s)
         return state, commands + ending
     return state, commands
@@ -280,7 +285,7 @@ def _take_outcome(state: State, event: OutcomeArrived, now_s: float) -> Step:
         task = tasks[ended.task]
         trouble = f"{action} {outcome.status}: {outcome.failure}, {outcome.reason}"
         trouble = f"{task.trouble}; then {trouble}" if task.trouble else trouble
-        tasks = {**tasks, ended.task: replace(task, trouble=trouble)}
+        tasks = {**tasks, ended.task: replace(task, trouble=trouble, awaited_plans=task.awaited_plans + 1)}
     report = ReportOutcome(task=ended.task, action=action, outcome=outcome)
     return replace(state, tasks=tasks), [Record(event=finished), report]
 

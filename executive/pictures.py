@@ -76,7 +76,8 @@ def draw_top_view(events: Sequence[TraceEvent], site_map: OccupancyGrid, path: P
     axes.set_aspect("equal")
     axes.set_xlabel("x, m")
     axes.set_ylabel("y, m")
-    axes.legend(loc="upper right")
+    if axes.get_legend_handles_labels()[0]:  # matplotlib warns of a legend without entries
+        axes.legend(loc="upper right")
     axes.set_title("where the robots went (o start, > end), and what they found (*)", fontsize=9)
     _save(figure, path)
 

@@ -90,6 +90,11 @@ class Shell:
         found = self._state.tasks.get(task)
         return found.status if found else None
 
+    @property
+    def unfinished(self) -> tuple[str, ...]:
+        """The tasks that have not ended, in order of arrival."""
+        return tuple(self._state.tasks)
+
     def plan(self, request: TaskRequest) -> tuple[Plan, tuple[str, ...]]:
         """Plan a request without doing it; with the capabilities that robots lack, if there is no plan."""
         session = Session("plan", self._knowledge.snapshot(), request.process, request.arguments, robots=request.robots)
@@ -135,8 +140,13 @@ class Shell:
     def _compile(self, task: str) -> None:
         snapshot, request = self._snapshots[task], self._requests[task]
         program = snapshot.program(request.process)
-        self._sessions[task] = Session(task, snapshot, request.process, request.arguments, robots=request.robots)
+        key = self._key(task)
+        self._sessions[task] = Session(key, snapshot, request.process, request.arguments, robots=request.robots)
         self.post(events.ProgramWasCompiled(task=task, program=program.text))
+
+    def _key(self, task: str) -> str:
+        """Names the task among those of all fleets of this process; no two fleets share a revision."""
+        return f"{task}@{self._snapshots[task].revision}"
 
     def _plan(self, task: str) -> None:
         plan, lacking = self._made_plan(self._sessions[task])
@@ -255,18 +265,19 @@ class Shell:
         )
         if task in self._sessions:
             self._sessions.pop(task).close()
-        self._messages = {p: m for p, m in self._messages.items() if not p.startswith(f"{task}/")}
+            key = self._key(task)
+            self._messages = {p: m for p, m in self._messages.items() if not p.startswith(f"{key}/")}
 
     def _outputs(self, task: str) -> dict[str, Any]:
         """What the task's process gives back: one message, or one for each turn of a for-each."""
         if task not in self._requests:
             return {}
-        outputs: dict[str, Any] = {}
+        key, outputs = self._key(task), dict[str, Any]()
         for parameter in self._snapshots[task].processes[self._requests[task].process].outputs:
-            whole = self._messages.get(f"{task}/{parameter.name}")
+            whole = self._messages.get(f"{key}/{parameter.name}")
             turns = {}
             for place, message in sorted(self._messages.items()):
-                match place.removeprefix(f"{task}/task/").split("/"):
+                match place.removeprefix(f"{key}/task/").split("/"):
                     case [_, turn, name] if name == parameter.name:
                         turns[turn] = message
             outputs[parameter.name] = turns or whole

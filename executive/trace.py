@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, ClassVar, Literal, TypeAlias, get_args
+from types import UnionType
+from typing import Any, ClassVar, Literal, TypeAlias, get_args, get_origin, get_type_hints
 
 from executive.errors import BadTrace
 from kb.vocabulary import Property
@@ -220,6 +222,7 @@ TraceEvent: TypeAlias = (
 )
 
 BY_KIND: dict[str, type[TraceEvent]] = {event.kind: event for event in get_args(TraceEvent)}
+_HINTS = {event: get_type_hints(event) for event in get_args(TraceEvent)}
 _FIELDS = {event: tuple(f.name for f in fields(event)) for event in get_args(TraceEvent)}
 
 
@@ -236,16 +239,46 @@ def read_trace(path: Path) -> Iterator[TraceEvent]:
         BadTrace: The file is missing, or a line is no event.
     """
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        with path.open(encoding="utf-8") as stream:
+            lines = stream.readlines()  # not str.splitlines, which breaks lines within texts too
     except (OSError, UnicodeDecodeError) as error:
         raise BadTrace(str(path), 0, f"cannot be read: {error}") from error
     for number, line in enumerate(lines, start=1):
         try:
             values = json.loads(line)
-            event = BY_KIND[values.pop("kind")](**values)
-        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            event = _parsed_event(BY_KIND[values.pop("kind")], values)
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             raise BadTrace(str(path), number, f"is no event of a trace: {error}") from error
         yield event
+
+
+def _parsed_event(kind: type[TraceEvent], values: dict[str, Any]) -> TraceEvent:
+    return kind(**{name: _parsed(value, _HINTS[kind].get(name, Any), name) for name, value in values.items()})
+
+
+def _parsed(value: Any, hint: Any, name: str) -> Any:
+    """The value of a field from JSON, where tuples are lists.
+
+    Raises:
+        TypeError: It is not of the field's type.
+    """
+    inner = get_args(hint)
+    match get_origin(hint):
+        case None:
+            wanted: Any = {float: (int, float), Any: object}.get(hint, hint)
+            if isinstance(value, wanted) and (hint in (bool, Any) or not isinstance(value, bool)):
+                return value
+        case origin if origin is UnionType:
+            for one in inner:
+                with suppress(TypeError):
+                    return _parsed(value, one, name)
+        case origin if origin is list and isinstance(value, list):
+            return [_parsed(one, inner[0], name) for one in value]
+        case origin if origin is dict and isinstance(value, dict):
+            return {key: _parsed(one, inner[1], name) for key, one in value.items()}
+        case origin if origin is tuple and isinstance(value, list):
+            return tuple(_parsed(one, its, name) for one, its in zip(value, inner, strict=True))
+    raise TypeError(f"{name} cannot be {value!r:.80}")
 
 
 def narrate(events: Iterable[TraceEvent]) -> Iterator[str]:

@@ -213,14 +213,19 @@ def _check_for(kind: Nodetype, detail: Any) -> Callable[[Any], str]:
                 _problem_in(value) if type_name(value) == wanted else f" is {type_name(value)}, not {wanted}"
             )
         case _:
-            (element_kind, element_detail), _ = detail
+            (element_kind, element_detail), size = detail
             if element_kind is Nodetype.BASE and element_detail[0] != "string":
                 dtype = np.dtype(element_detail[0])
-                return lambda value: (
-                    "" if isinstance(value, np.ndarray) and value.dtype == dtype else f" is no array of {dtype}"
-                )
+                length = size if kind is Nodetype.ARRAY else None
+                return lambda value: _problem_with_array(value, dtype, length)
             one = _check_for(element_kind, element_detail)
             return lambda value: _problem_in_list(value, one)
+
+
+def _problem_with_array(value: object, dtype: np.dtype[Any], length: int | None) -> str:
+    if not isinstance(value, np.ndarray) or value.dtype != dtype or value.ndim != 1:
+        return f" is no array of {dtype}"
+    return "" if length in (None, len(value)) else f" has {len(value)} elements, not {length}"
 
 
 def _problem_in_list(value: object, one: Callable[[Any], str]) -> str:

@@ -35,6 +35,7 @@ FIELDS = {
     "reason": "why, in a sentence",
     "robot": "who does it; empty if no robot does. In `plan_made`, inside `steps`",
     "robots": "the names of the robots (`fleet_opened`), or how many may take part at most (`task_accepted`)",
+    "scenario": "name of a shipped scenario, or the file as it was given",
     "seed": "of all chance in the simulator",
     "service": "full name of the service that was called",
     "site": "name of the site",

@@ -129,6 +129,14 @@ def test_every_command_is_run_or_listed_with_a_reason(page: Path) -> None:
             assert command.line.split()[0] in {*RUN_HERE, *RUN_ELSEWHERE}, command.line
 
 
+@pytest.mark.slow
+def test_the_demo_prints_what_the_readme_shows(checkout: Path, environment: dict[str, str]) -> None:
+    """The first output in the README is that of the command behind `make demo`."""
+    [line] = re.findall(r"^demo:.*\n\t(.+)$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    shown = next(block for block in blocks_of(ROOT / "README.md") if block.language == "text")
+    check(Command(line=line, status=0, output=tuple(shown.text.splitlines())), checkout, environment, "")
+
+
 def test_there_are_commands_to_run() -> None:
     """The pages were found and read: tutorial, README and how-to guides have commands."""
     names = {str(parameter.id) for parameter in RUNNABLE}

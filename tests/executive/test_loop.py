@@ -1,0 +1,339 @@
+"""The core of the executive, one event at a time: what each leads to."""
+
+from __future__ import annotations
+
+import pytest
+
+from executive import trace
+from executive.events import (
+    AskActions,
+    CancelRequested,
+    CompileProgram,
+    FailureWasReported,
+    FinishTask,
+    KnowledgeWasRead,
+    MakePlan,
+    ProgramWasCompiled,
+    ReadKnowledge,
+    ReportOutcome,
+    StartAction,
+    TaskStatus,
+    Tell,
+)
+from executive.loop import State, step
+from kb.errors import InternalError
+from planner.plan import PlanStatus
+from planner.planner import Begun, Ended, Started, Told
+from tests.executive.made import BROKEN, action, after, arrived, others, planned, ready, recorded, requested
+
+SWEEP, MOP = action("Sweep", "r1"), action("Mop", "r2")
+THINK = action("Think", None)
+
+
+def statuses(events: list[trace.TraceEvent]) -> list[tuple[str, str, str]]:
+    """Which task has which status now, and why."""
+    return [(e.task, e.status, e.reason) for e in events if isinstance(e, trace.TaskStatusChanged)]
+
+
+# Stages 1 to 5
+
+
+def test_the_first_request_begins_at_once() -> None:
+    """A free fleet takes it underway and reads knowledge."""
+    state, commands = after(requested("one"))
+    accepted, *_ = recorded(commands)
+    assert isinstance(accepted, trace.TaskAccepted)
+    assert (accepted.task, accepted.process, accepted.arguments, accepted.robots) == (
+        "one",
+        "Tidy",
+        {"room": "attic"},
+        2,
+    )
+    assert statuses(recorded(commands)) == [("one", "queued", "is next"), ("one", "underway", "the fleet is free")]
+    assert others(commands) == [ReadKnowledge(task="one", request=requested("one").request)]
+    assert state.tasks["one"].status is TaskStatus.UNDERWAY
+
+
+def test_further_requests_queue_in_order_and_say_for_whom_they_wait() -> None:
+    """Nothing is begun for them."""
+    state, commands = after(requested("one"), requested("two"), requested("three"))
+    assert statuses(recorded(commands)) == [("three", "queued", "waits for one, two")]
+    assert others(commands) == []
+    assert [task.status.value for task in state.tasks.values()] == ["underway", "queued", "queued"]
+
+
+def test_knowledge_leads_to_the_program_and_that_to_the_plan() -> None:
+    """Stages 2 to 4 follow one another, each recorded."""
+    state, commands = after(requested("one"), KnowledgeWasRead(task="one", facts_told=3))
+    assert recorded(commands) == [trace.KnowledgeRead(t_s=1.0, task="one", facts_told=3)]
+    assert others(commands) == [CompileProgram(task="one")]
+    _, commands = step(state, ProgramWasCompiled(task="one", program="proc(tidy,[])"), 2.0)
+    assert recorded(commands) == [trace.ProgramCompiled(t_s=2.0, task="one", program="proc(tidy,[])")]
+    assert others(commands) == [MakePlan(task="one")]
+
+
+def test_a_plan_is_recorded_and_leads_to_actions() -> None:
+    """Steps are shown as [action, robot, start, end]."""
+    _, commands = after(requested("one"), planned("one"))
+    [made] = recorded(commands)
+    assert isinstance(made, trace.PlanMade)
+    assert made.steps == [("Sweep(r1)", "r1", 1.0, 3.0)]
+    assert (made.status, made.makespan_s, made.lower_bound_s) == ("SOLVED_OPTIMALLY", 2.0, 2.0)
+    assert others(commands) == [AskActions(task="one")]
+
+
+def test_no_plan_for_a_fresh_task_refuses_it_and_says_who_lacks_what() -> None:
+    """Nothing was begun, so it is a refusal; the next task begins."""
+    state, commands = after(requested("one"), requested("two"), planned("one", PlanStatus.UNSOLVABLE_PROVEN))
+    reason = "the program has no execution; r1 lacks a broom"
+    assert recorded(commands)[0] == trace.PlanFailed(t_s=1.0, task="one", status="UNSOLVABLE_PROVEN", reason=reason)
+    finish, read = others(commands)
+    assert finish == FinishTask(task="one", status=TaskStatus.REFUSED, reason=reason, took_s=0.0)
+    assert read == ReadKnowledge(task="two", request=requested("two").request)
+    assert list(state.tasks) == ["two"]
+
+
+# Leases
+
+
+def test_a_started_action_leases_its_robot_until_its_outcome() -> None:
+    """The lease is held by number and released when the outcome arrives, which is reported."""
+    state, commands = after(requested("one"), planned("one"), ready("one", Started(action=SWEEP), Started(action=MOP)))
+    assert others(commands) == [
+        StartAction(number=1, task="one", action=SWEEP),
+        StartAction(number=2, task="one", action=MOP),
+    ]
+    assert state.leases == {"r1": 1, "r2": 2}
+    state, commands = step(state, arrived(1), 2.0)
+    assert state.leases == {"r2": 2}
+    assert list(state.running) == [2]
+    [finished] = recorded(commands)
+    assert isinstance(finished, trace.ActionFinished)
+    assert (finished.number, finished.outcome, finished.planned_s, finished.elapsed_s) == (1, "SUCCEEDED", 0.4, 0.5)
+    [report] = others(commands)
+    assert isinstance(report, ReportOutcome)
+    assert report.action == SWEEP
+
+
+def test_an_action_without_a_robot_needs_no_lease() -> None:
+    """Two of them may run at once."""
+    state, _ = after(requested("one"), planned("one"), ready("one", Started(action=THINK), Started(action=THINK)))
+    assert state.leases == {}
+    assert list(state.running) == [1, 2]
+
+
+def test_starting_on_a_leased_robot_is_our_mistake() -> None:
+    """InternalError names the robot."""
+    state, _ = after(requested("one"), planned("one"), ready("one", Started(action=SWEEP)))
+    with pytest.raises(InternalError, match=r"Sweep\(r1\) is to start, but r1 is still busy"):
+        step(state, ready("one", Started(action=SWEEP)), 2.0)
+
+
+def test_numbers_are_never_used_again() -> None:
+    """Also not after the actions have ended."""
+    state, _ = after(requested("one"), planned("one"), ready("one", Started(action=SWEEP)), arrived(1))
+    state, commands = step(state, ready("one", Started(action=SWEEP)), 2.0)
+    assert others(commands) == [StartAction(number=2, task="one", action=SWEEP)]
+
+
+@pytest.mark.parametrize("number", [1, 99])
+def test_a_late_or_unknown_outcome_leads_to_nothing(number: int) -> None:
+    """State and commands stay as they are."""
+    state, _ = after(requested("one"), planned("one"), ready("one", Started(action=SWEEP)), arrived(1))
+    assert step(state, arrived(number), 5.0) == (state, [])
+
+
+# What the planner tells along the way
+
+
+def test_effects_and_composites_are_passed_on_in_order() -> None:
+    """Begun, told, ended; no action needs to start for them."""
+    tidy = action("Tidy", "r1")
+    told = Told(prop="isClean", subject="attic", value=True)
+    _, commands = after(
+        requested("one"), planned("one"), ready("one", Begun(action=tidy), told, Ended(action=tidy), running=1)
+    )
+    begun, ended = recorded(commands)
+    assert begun == trace.ProcessBegun(t_s=1.0, task="one", process="Tidy(r1)", robot="r1")
+    assert ended == trace.ProcessEnded(t_s=1.0, task="one", process="Tidy(r1)", robot="r1")
+    assert others(commands) == [Tell(task="one", prop="isClean", subject="attic", value=True)]
+
+
+def test_nothing_left_completes_the_task() -> None:
+    """It took from its acceptance to now."""
+    state, _ = after(requested("one"), planned("one"))
+    state, commands = step(state, ready("one", done=True), 3.5)
+    assert state == State(next_number=1)
+    reason = "everything asked for is done"
+    assert others(commands) == [FinishTask(task="one", status=TaskStatus.COMPLETED, reason=reason, took_s=2.5)]
+    assert statuses(recorded(commands)) == [("one", "completed", reason)]
+
+
+def test_a_program_that_can_neither_go_on_nor_end_fails() -> None:
+    """Nothing runs, nothing starts, something remains."""
+    _, commands = after(requested("one"), planned("one"), ready("one"))
+    [finish] = others(commands)
+    assert isinstance(finish, FinishTask)
+    assert (finish.status, finish.reason) == (TaskStatus.FAILED, "the program can neither go on nor end")
+
+
+def test_while_a_new_plan_is_awaited_nothing_running_is_no_dead_end() -> None:
+    """The last other action ends just after a failure, and before the plan that gets around it is there."""
+    state, _ = after(
+        requested("one"),
+        planned("one"),
+        ready("one", Started(action=SWEEP), Started(action=MOP)),
+        arrived(1, BROKEN),
+        FailureWasReported(task="one", excluded="r1"),
+        arrived(2),
+        ready("one"),
+    )
+    assert state.tasks["one"].status is TaskStatus.UNDERWAY
+    state, commands = step(state, planned("one"), 2.0)
+    assert others(commands) == [AskActions(task="one")]
+    _, commands = step(state, ready("one"), 2.0)
+    [finish] = others(commands)
+    assert isinstance(finish, FinishTask)
+    assert finish.reason.startswith("Sweep(r1) EXECUTION_FAILED: DeviceBroken, it smokes; the program can neither")
+
+
+# Failures
+
+
+def test_a_failure_frees_the_robot_and_is_planned_around() -> None:
+    """Outcome, report, Replanned with the reason, MakePlan."""
+    state, commands = after(requested("one"), planned("one"), ready("one", Started(action=SWEEP)), arrived(1, BROKEN))
+    assert state.leases == {}
+    assert others(commands) == [ReportOutcome(task="one", action=SWEEP, outcome=BROKEN)]
+    _, commands = step(state, FailureWasReported(task="one", excluded="r1"), 2.0)
+    reason = "Sweep(r1) EXECUTION_FAILED: DeviceBroken, it smokes; r1 is not tried again for this"
+    assert recorded(commands) == [trace.Replanned(t_s=2.0, task="one", reason=reason)]
+    assert others(commands) == [MakePlan(task="one")]
+
+
+def test_without_another_way_the_task_fails_with_all_that_went_wrong() -> None:
+    """Two failures one after the other are both in the reason; what still runs is let go of."""
+    state, commands = after(
+        requested("one"),
+        planned("one"),
+        ready("one", Started(action=SWEEP), Started(action=MOP)),
+        arrived(1, BROKEN),
+        FailureWasReported(task="one", excluded="r1"),
+        planned("one"),
+        ready("one", Started(action=THINK)),
+        arrived(2, BROKEN),
+        FailureWasReported(task="one", excluded=None),
+    )
+    trouble = "EXECUTION_FAILED: DeviceBroken, it smokes"
+    reason = f"Sweep(r1) {trouble}; then Mop(r2) {trouble}; there is no other way to do it"
+    assert others(commands) == [FinishTask(task="one", status=TaskStatus.FAILED, reason=reason, took_s=0.0)]
+    assert state == State(next_number=4)
+
+
+def test_no_plan_after_a_failure_fails_the_task_with_the_failure_first() -> None:
+    """It is no refusal any more, as something was begun."""
+    _, commands = after(
+        requested("one"),
+        planned("one"),
+        ready("one", Started(action=SWEEP)),
+        arrived(1, BROKEN),
+        FailureWasReported(task="one", excluded="r1"),
+        planned("one", PlanStatus.UNSOLVABLE_PROVEN),
+    )
+    [finish] = others(commands)
+    assert isinstance(finish, FinishTask)
+    assert finish.status is TaskStatus.FAILED
+    assert finish.reason == (
+        "Sweep(r1) EXECUTION_FAILED: DeviceBroken, it smokes; the program has no execution; r1 lacks a broom"
+    )
+
+
+# Composite steps that take too long
+
+
+def test_an_overdue_composite_gives_its_next_action_up() -> None:
+    """Its next action fails with TookTooLong instead of being started; actions of others go on."""
+    tidy, inner = action("Tidy", "r1"), action("Sweep", "r1", step="task/1/Tidy/2")
+    state, _ = after(
+        requested("one"), planned("one", limits_s={tidy.id: 5.0}), ready("one", Begun(action=tidy), running=1)
+    )
+    _, commands = step(state, ready("one", Started(action=inner)), 6.0)
+    assert others(commands) == [StartAction(number=1, task="one", action=inner)], "in time, to the last moment"
+    late, commands = step(state, ready("one", Started(action=inner), Started(action=MOP)), 6.5)
+    report, start = others(commands)
+    assert isinstance(report, ReportOutcome)
+    assert report.outcome.failure == "TookTooLong"
+    assert report.outcome.reason == "Tidy(r1) has not ended after 5.0 s, which is all the time it has"
+    assert start == StartAction(number=2, task="one", action=MOP)
+    assert late.leases == {"r2": 2}
+    assert "TIMED_OUT: TookTooLong" in late.tasks["one"].trouble
+
+
+def test_a_composite_that_has_ended_has_no_deadline() -> None:
+    """A later turn of the same step counts from its own beginning."""
+    tidy, inner = action("Tidy", "r1"), action("Sweep", "r1", step="task/1/Tidy/2")
+    limits = planned("one", limits_s={tidy.id: 5.0})
+    state, _ = after(
+        requested("one"),
+        limits,
+        ready("one", Begun(action=tidy), running=1),
+        ready("one", Ended(action=tidy), running=1),
+    )
+    assert state.tasks["one"].deadlines == {}
+    state, _ = step(state, ready("one", Begun(action=tidy), running=1), 8.0)
+    _, commands = step(state, ready("one", Started(action=inner)), 12.0)
+    assert others(commands) == [StartAction(number=1, task="one", action=inner)]
+
+
+# Cancel
+
+
+def test_canceling_the_task_underway_frees_its_robots_and_begins_the_next() -> None:
+    """Replies still to come lead to nothing."""
+    state, commands = after(
+        requested("one"),
+        requested("two"),
+        planned("one"),
+        ready("one", Started(action=SWEEP)),
+        CancelRequested(task="one"),
+    )
+    assert statuses(recorded(commands)) == [
+        ("one", "canceled", "canceled by request"),
+        ("two", "underway", "the fleet is free"),
+    ]
+    assert (state.leases, state.running) == ({}, {})
+    assert step(state, arrived(1), 2.0) == (state, [])
+
+
+def test_canceling_a_queued_task_leaves_the_others_alone() -> None:
+    """The one underway keeps its lease, the queue its order."""
+    state, commands = after(
+        requested("one"),
+        requested("two"),
+        requested("three"),
+        planned("one"),
+        ready("one", Started(action=SWEEP)),
+        CancelRequested(task="two"),
+    )
+    assert [type(command) for command in others(commands)] == [FinishTask]
+    assert state.leases == {"r1": 1}
+    assert list(state.tasks) == ["one", "three"]
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        KnowledgeWasRead(task="one", facts_told=0),
+        ProgramWasCompiled(task="one", program=""),
+        planned("one"),
+        ready("one", Started(action=SWEEP)),
+        FailureWasReported(task="one", excluded="r1"),
+        FailureWasReported(task="one", excluded=None),
+        CancelRequested(task="one"),
+    ],
+    ids=lambda event: type(event).__name__,
+)
+def test_what_comes_after_the_end_of_a_task_leads_to_nothing(event: object) -> None:
+    """The other task is not disturbed."""
+    state, _ = after(requested("one"), requested("two"), CancelRequested(task="one"))
+    assert step(state, event, 9.0) == (state, [])  # type: ignore[arg-type]
