@@ -52,12 +52,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ConcertmasterError as error:
         _complain(f"concertmaster: {error}")
         status = REFUSED if error.fault in ("request", "knowledge") else FAILED
-    except KeyboardInterrupt:
-        _complain("concertmaster: interrupted")
-        status = INTERRUPTED
     except BrokenPipeError:  # the reader of our output has gone: head, less
         sys.stderr.close()
         status = OK
+    except OSError as error:  # a file or folder that a person named
+        _complain(f"concertmaster: {error.filename or ''}: {error.strerror or error}")
+        status = REFUSED
+    except KeyboardInterrupt:
+        _complain("concertmaster: interrupted")
+        status = INTERRUPTED
     return status
 
 
@@ -79,8 +82,8 @@ def _parser() -> argparse.ArgumentParser:
 
     trace = commands.add_parser("trace", help="print a trace, or draw it")
     trace.add_argument("file", type=Path, help="a trace.jsonl that `run` wrote")
-    trace.add_argument("--gantt", type=Path, metavar="PNG", help="draw who did what when")
-    trace.add_argument("--top-view", type=Path, metavar="PNG", help="draw where the robots went")
+    trace.add_argument("--gantt", type=_png, metavar="PNG", help="draw who did what when")
+    trace.add_argument("--top-view", type=_png, metavar="PNG", help="draw where the robots went")
     trace.add_argument("--mcap", type=Path, metavar="FILE", help="export for Foxglove and other readers of MCAP")
     trace.add_argument(
         "--replay", action="store_true", help="do it again, and tell the first difference if there is one"
@@ -125,6 +128,10 @@ def _arguments(options: argparse.Namespace) -> dict[str, str]:
         name, equals, value = given.partition("=")
         if not equals:
             raise BadRequest(given, f"{given!r} is no argument; write name=value, such as room=tue_lab")
+        if name == "robots":
+            raise BadRequest(name, f"{given!r} is no argument of the task; write --robots {value}")
+        if name in arguments:
+            raise BadRequest(name, f"{name} is given twice, as {arguments[name]!r} and as {value!r}")
         arguments[name] = value
     return arguments
 
@@ -132,6 +139,8 @@ def _arguments(options: argparse.Namespace) -> dict[str, str]:
 def _run(options: argparse.Namespace) -> int:
     arguments = _arguments(options)
     out = options.out or _next_free(Path("runs"), options.task)
+    if out.exists() and not out.is_dir():
+        raise BadRequest("out", f"--out {out} is a file; give a folder")
     with _open(options, out / "trace.jsonl") as fleet:
         task = fleet.request(options.task, robots=options.robots, **arguments)
         teller = _Teller(fleet, verbose=options.verbose)
@@ -258,6 +267,12 @@ def _check(options: argparse.Namespace) -> int:
     knowledge.close()
     print("[]" if options.json else f"{options.site}: {len(files)} files, no problems")
     return OK
+
+
+def _png(name: str) -> Path:
+    if not name.endswith(".png"):
+        raise argparse.ArgumentTypeError(f"{name!r} is no picture that can be drawn; give a name that ends in .png")
+    return Path(name)
 
 
 def _next_free(folder: Path, task: str) -> Path:

@@ -10,6 +10,7 @@ with Fleet.open("tue_lab") as fleet:
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -88,7 +89,7 @@ class Fleet:
         site: str,
         *,
         scenario: str | Path | None = None,
-        knowledge: Path | None = None,
+        knowledge: str | Path | None = None,
         seed: int | None = None,
         trace: Path | None = None,
     ) -> Self:
@@ -162,11 +163,12 @@ class Fleet:
         if not self._is_open:
             return
         self._is_open = False
-        for task in reversed(self._parts.shell.unfinished):  # the last first, or the next would begin
-            self._parts.shell.post(events.CancelRequested(task=task))
-        self._parts.shell.recorder.close()
-        self._parts.simulation.close()
-        self._parts.knowledge.close()
+        with ExitStack() as closing:
+            closing.callback(self._parts.knowledge.close)
+            closing.callback(self._parts.simulation.close)
+            closing.callback(self._parts.shell.recorder.close)
+            for task in reversed(self._parts.shell.unfinished):  # the last first, or the next would begin
+                self._parts.shell.post(events.CancelRequested(task=task))
 
     def __enter__(self) -> Self:
         return self

@@ -39,8 +39,12 @@ def first_difference(events: Sequence[TraceEvent], knowledge: Path) -> str:
             match event:
                 case TaskAccepted():
                     fleet.let_time_pass(event.t_s)
+                    if "robots" in event.arguments:
+                        raise BadTrace("trace", 0, f"{event.task} has an argument 'robots', which no task has")
                     tasks[event.task] = fleet.request(event.process, robots=event.robots, **event.arguments)
                 case TaskFinished() if event.status == TaskStatus.CANCELED:
+                    if event.task not in tasks:
+                        raise BadTrace("trace", 0, f"tells of the end of {event.task}, but not that it was accepted")
                     fleet.let_time_pass(event.t_s)
                     tasks[event.task].cancel()
                 case _:

@@ -97,7 +97,9 @@ class Shell:
 
     def plan(self, request: TaskRequest) -> tuple[Plan, tuple[str, ...]]:
         """Plan a request without doing it; with the capabilities that robots lack, if there is no plan."""
-        session = Session("plan", self._knowledge.snapshot(), request.process, request.arguments, robots=request.robots)
+        snapshot = self._knowledge.snapshot()
+        key = f"plan@{snapshot.revision}"  # no two fleets share a revision
+        session = Session(key, snapshot, request.process, request.arguments, robots=request.robots)
         try:
             return self._made_plan(session)
         finally:
@@ -129,7 +131,7 @@ class Shell:
             case events.StartAction(number=number, task=task, action=action):
                 self._start(number, task, action)
             case events.ReportOutcome(task=task, action=action, outcome=outcome):
-                self._report(task, action, outcome)
+                self.report_outcome(task, action, outcome)
             case events.Tell():
                 self._tell(command)
             case events.FinishTask():
@@ -221,7 +223,8 @@ class Shell:
             if isinstance(place, Data):
                 self._messages[place.place] = value
 
-    def _report(self, task: str, action: Action, outcome: Outcome) -> None:
+    def report_outcome(self, task: str, action: Action, outcome: Outcome) -> None:
+        """Tell the planner how an action ended; what it decides comes as an event."""
         session, then_s = self._sessions[task], self.clock.now_s + DECIDING_S
         if outcome.succeeded:
             truths = {name: value for name, value in outcome.outputs.items() if isinstance(value, bool)}
@@ -267,6 +270,8 @@ class Shell:
             self._sessions.pop(task).close()
             key = self._key(task)
             self._messages = {p: m for p, m in self._messages.items() if not p.startswith(f"{key}/")}
+        for kept in (self._snapshots, self._requests, self._plans):
+            kept.pop(task, None)
 
     def _outputs(self, task: str) -> dict[str, Any]:
         """What the task's process gives back: one message, or one for each turn of a for-each."""

@@ -11,7 +11,8 @@ from grounding.runner import compute
 from kb.store import Snapshot
 from planner.planner import HERE
 
-_PLACES = "places"
+PLACES = "places"
+"""The field of the request for travel times that holds the places."""
 
 
 def travel_times(
@@ -36,7 +37,7 @@ def travel_times(
     for robot, locations in sorted(robots_to.items()):
         names = [HERE, *sorted(set(locations))]
         poses = [pose_of_robot(robot), *(pose_of(name, snapshot, t_s=t_s) for name in names[1:])]
-        fields: dict[str, object] = {_PLACES: Path(header=header("map", t_s), poses=poses)}
+        fields: dict[str, object] = {PLACES: Path(header=header("map", t_s), poses=poses)}
         for field in estimate.request:
             if field.file is not None:
                 fields[field.name] = str(field.file)

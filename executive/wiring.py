@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,10 +10,12 @@ from executive.errors import BadRequest
 from executive.recorder import Recorder
 from executive.shell import Shell
 from executive.trace import FleetOpened
+from executive.travel import PLACES
+from grounding.errors import GroundingError
 from grounding.ground import pose_of
 from grounding.inprocess import InProcessTransport, Service
-from grounding.messages import OccupancyGrid, xyyaw
-from grounding.runner import compute, compute_services
+from grounding.messages import OccupancyGrid, PoseStamped, is_type, xyyaw
+from grounding.runner import compute, compute_services, wrong_fields
 from kb.clock import SimClock
 from kb.files import SHIPPED
 from kb.store import KnowledgeBase, Snapshot
@@ -34,50 +37,58 @@ class Parts:
 
 
 def open_simulated(
-    site: str, *, scenario: str | Path | None, knowledge: Path | None, seed: int | None, trace: Path | None
+    site: str, *, scenario: str | Path | None, knowledge: str | Path | None, seed: int | None, trace: Path | None
 ) -> Parts:
     """Load the knowledge of a site and start a simulated fleet there.
 
     Raises:
         ConcertmasterError: The site, its ontology or the scenario is not usable; nothing was started.
     """
-    base = KnowledgeBase(site, knowledge or SHIPPED)
-    try:
+    if seed is not None and seed < 0:
+        raise BadRequest("seed", f"seed={seed} is no seed; give a whole number from 0")
+    with ExitStack() as on_error:
+        base = KnowledgeBase(site, Path(knowledge or SHIPPED))
+        on_error.callback(base.close)
         named = _scenario_for(site) if scenario is None else scenario
         world = load_scenario(named)
         _check_names(base.snapshot(), world)
-        for robot in world.robots:
-            base.tell(Property.LOCATED_AT, robot.name, robot.start)
-        for thing in world.objects:
-            base.tell(Property.LOCATED_AT, thing.name, thing.believed_at)
+        for name, place in _told(world):
+            base.tell(Property.LOCATED_AT, name, place)
         snapshot = base.snapshot()
+        poses = {robot.name: _start_of(robot.name, snapshot) for robot in world.robots}
         clock = SimClock()
-        starts = {robot.name: xyyaw(pose_of(robot.start, snapshot, t_s=0.0).pose) for robot in world.robots}
+        starts = {name: xyyaw(pose.pose) for name, pose in poses.items()}
         simulation = SimFleet(world, starts=starts, clock=clock, seed=seed)
-    except Exception:
-        base.close()
-        raise
-    transport = InProcessTransport(clock)
-    for name, service in simulation.services().items():
-        transport.offer(name, Service(handler=service.handler, latency_s=service.latency_s))
-    durations = {g.service: g.duration_s for g in snapshot.groundings.values() if not g.on_robot}
-    for name, offered in compute_services(clock, durations).items():
-        transport.offer(name, offered)
+        on_error.callback(simulation.close)
+        transport = _transport(simulation, snapshot, clock)
+        _check_groundings(snapshot, transport, list(poses))
+        on_error.pop_all()
     recorder = Recorder(trace)
     shell = Shell(base, transport, clock, recorder)
-    for robot in world.robots:
-        shell.remember(Fluent(Property.HAS_POSE_ESTIMATE, robot.name), pose_of(robot.start, snapshot, t_s=0.0))
+    for name, pose in poses.items():
+        shell.remember(Fluent(Property.HAS_POSE_ESTIMATE, name), pose)
     recorder.record(
         FleetOpened(
             t_s=clock.now_s,
             site=site,
-            robots=[robot.name for robot in world.robots],
+            robots=list(poses),
             knowledge=snapshot.ontology.files.digest,
             scenario=str(named),
             seed=world.seed if seed is None else seed,
         )
     )
     return Parts(knowledge=base, transport=transport, shell=shell, clock=clock, simulation=simulation)
+
+
+def _transport(simulation: SimFleet, snapshot: Snapshot, clock: SimClock) -> InProcessTransport:
+    """All services: those of the robots, and those that compute."""
+    transport = InProcessTransport(clock)
+    for name, service in simulation.services().items():
+        transport.offer(name, Service(handler=service.handler, latency_s=service.latency_s))
+    durations = {g.service: g.duration_s for g in snapshot.groundings.values() if not g.on_robot}
+    for name, offered in compute_services(clock, durations).items():
+        transport.offer(name, offered)
+    return transport
 
 
 def site_map(snapshot: Snapshot) -> OccupancyGrid:
@@ -106,6 +117,38 @@ def _scenario_for(site: str) -> str:
     return site if site in names else names[0]
 
 
+def _check_groundings(snapshot: Snapshot, transport: InProcessTransport, robots: list[str]) -> None:
+    """What can be found out before anything moves: services that are not there, fields and types they don't have."""
+    for grounding in snapshot.groundings.values():
+        for field in (*grounding.request, *grounding.reply):
+            if not is_type(field.message_type):
+                raise GroundingError(grounding.process, field.name, f"there is no ROS type {field.message_type}")
+        if grounding.on_robot:
+            for robot in robots:
+                if not transport.offers(name := grounding.service.replace("{robot}", robot)):
+                    raise GroundingError(grounding.process, grounding.name, f"{robot} offers no service {name}")
+        elif wrong := wrong_fields(grounding.service, {field.name for field in grounding.request}):
+            raise GroundingError(grounding.process, grounding.name, wrong)
+    for estimate in snapshot.travel_estimates:
+        if wrong := wrong_fields(estimate.service, {PLACES, *(field.name for field in estimate.request)}):
+            raise GroundingError("TravelDuration", estimate.service, wrong)
+
+
+def _told(scenario: Scenario) -> list[tuple[str, str]]:
+    """What a scenario says of where things are, over what the ontology says."""
+    told = [(robot.name, robot.start) for robot in scenario.robots]
+    told += [(thing.name, thing.believed_at) for thing in scenario.objects]
+    return [(name, place) for name, place in told if place is not None]
+
+
+def _start_of(robot: str, snapshot: Snapshot) -> PoseStamped:
+    place = snapshot.value(Property.LOCATED_AT, robot)
+    if place is None:
+        told = f"it is not known where {robot} stands; give it locatedAt in the ontology, or start in the scenario"
+        raise BadRequest(robot, told)
+    return pose_of(str(place), snapshot, t_s=0.0)
+
+
 def _check_names(snapshot: Snapshot, scenario: Scenario) -> None:
     """What a scenario names must be there in the knowledge base, and the other way round."""
     robots, ontology = {robot.name for robot in scenario.robots}, snapshot.ontology
@@ -116,8 +159,7 @@ def _check_names(snapshot: Snapshot, scenario: Scenario) -> None:
             f"scenario {scenario.name} has the robots {', '.join(sorted(robots))}, "
             f"site {snapshot.site} has {', '.join(sorted(known))}; they must be the same",
         )
-    places = [(r.name, r.start) for r in scenario.robots] + [(o.name, o.believed_at) for o in scenario.objects]
-    for name, place in places:
+    for name, place in _told(scenario):
         for individual, kind in ((name, None), (place, Kind.LOCATION)):
             if individual not in ontology.kinds or (kind and not ontology.is_a(individual, kind)):
                 told = f"is no {kind} of" if kind else "is not known at"

@@ -36,6 +36,10 @@ class InProcessTransport:
         """Make a service known under its full name; a new one takes the place of an old one."""
         self._services[name] = service
 
+    def offers(self, name: str) -> bool:
+        """Whether there is a service of this name."""
+        return name in self._services
+
     def call(self, call: ServiceCall, deliver: Callable[[ServiceReply], None]) -> None:
         service = self._services.get(call.service)
         if service is None:

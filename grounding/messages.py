@@ -105,6 +105,7 @@ __all__ = [
     "TwistWithCovariance",
     "Vector3",
     "header",
+    "is_type",
     "planar_pose",
     "pose_stamped",
     "problem_with",
@@ -181,6 +182,11 @@ def problem_with(message_type: str, value: object) -> str:
     if type_name(value) != message_type:
         return f"is {type_name(value)}, not {message_type}"
     return _problem_in(value)
+
+
+def is_type(message_type: str) -> bool:
+    """Whether there is a ROS type of this name."""
+    return message_type in _PLAIN or message_type.replace("/", "/msg/") in _typestore().fielddefs
 
 
 def _problem_in(message: object) -> str:

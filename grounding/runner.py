@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from pathlib import Path
 from typing import Any
 
@@ -39,13 +39,21 @@ def compute(service: str, fields: Mapping[str, object], *, t_s: float) -> Mappin
     arguments: dict[str, Any] = {
         name: Path(str(value)) if name.endswith("_file") else value for name, value in fields.items()
     }
-    expected = set(function.__annotations__) - {"return", "t_s"}
-    if set(arguments) != expected:
-        raise ServiceFailed(
-            "BadInput",
-            f"{service} takes the fields {', '.join(sorted(expected))}; given: {', '.join(sorted(arguments))}",
-        )
+    wrong = wrong_fields(service, set(arguments))
+    if wrong:
+        raise ServiceFailed("BadInput", wrong)
     return function(**arguments, t_s=t_s)
+
+
+def wrong_fields(service: str, names: Set[str]) -> str:
+    """What is wrong with calling a compute service with fields of these names; empty if nothing is."""
+    function = _COMPUTE.get(service)
+    if function is None:
+        return f"there is no {service}; there is {', '.join(sorted(_COMPUTE))}"
+    takes = set(function.__annotations__) - {"return", "t_s"}
+    if names == takes:
+        return ""
+    return f"{service} takes the fields {', '.join(sorted(takes))}; given: {', '.join(sorted(names)) or 'none'}"
 
 
 def compute_services(clock: Clock, duration_s: Mapping[str, float]) -> dict[str, Service]:

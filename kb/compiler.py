@@ -82,7 +82,7 @@ class Compiler:
         things = {
             name
             for name, kinds in self._ontology.kinds.items()
-            if kinds & {Kind.ROBOT, Kind.AREA, Kind.LOCATION, "PhysicalObject"}
+            if kinds & {Kind.ROBOT, Kind.AREA, Kind.LOCATION, Kind.PHYSICAL_OBJECT}
         }
         for name in things:
             for kind in self._ontology.kinds[name]:
@@ -95,10 +95,6 @@ class Compiler:
 
     def _compiled(self, revision: int) -> Iterator[Term]:
         for name, process in sorted(self._processes.items()):
-            kind = "atomic" if process.is_atomic else "composite"
-            yield struct("process", revision, name, kind)
-            names: list[Term] = [struct("-", p.role.value, p.name) for p in process.arguments]
-            yield struct("parameters", revision, name, names)
             head = self._head(process)
             if process.robot:
                 yield struct("agent", revision, head, _variable(process.robot))
@@ -125,7 +121,7 @@ class Compiler:
         for entity in self._parts(process.name, Property.HAS_PRECONDITION):
             yield struct("precondition", revision, head, self._condition(scope, entity))
         for entity in self._parts(process.name, Property.HAS_EFFECT):
-            fluent = struct("fluent", self._name(entity, Property.OF_PROPERTY), scope.subject(entity))
+            fluent = struct("fluent", self._part(entity, Property.OF_PROPERTY), scope.subject(entity))
             yield struct("effect", revision, head, fluent, scope.object(entity))
 
     def _duration(self, revision: int, process: Process, head: Term) -> Iterator[Term]:
@@ -136,8 +132,8 @@ class Compiler:
             yield struct("duration", revision, head, struct("fixed", milliseconds))
         elif model is not None:
             scope = _Scope(self, process, Var("Frame"))
-            robot = scope.term(self._part(str(model), Property.TRAVELING_ROBOT))
-            goal = scope.term(self._part(str(model), Property.TRAVEL_GOAL))
+            robot = scope.term(self._part(str(model), Property.TRAVELING_ROBOT), str(model))
+            goal = scope.term(self._part(str(model), Property.TRAVEL_GOAL), str(model))
             yield struct("duration", revision, head, struct("travel", robot, goal, milliseconds))
 
     def _construct(self, scope: _Scope, entity: str) -> Term:
@@ -163,13 +159,18 @@ class Compiler:
             case Kind.REPEAT_UNTIL:
                 return struct("until", part(Property.BODY_STEP), condition())
             case Kind.FOR_EACH:
-                inner = scope.inner(self._written(scope.process, self._part(entity, Property.BODY_STEP)))
+                bound = scope.binding(entity)
+                asked = self._condition(bound, self._part(entity, Property.HAS_CONDITION))
+                inner = bound.inner(self._written(scope.process, self._part(entity, Property.BODY_STEP)))
                 variables: list[Term] = [struct("-", _variable(p), p.kind) for p in scope.over(entity)]
                 body = self._construct(inner, self._part(entity, Property.BODY_STEP))
-                return struct("foreach", scope.frame, entity, variables, condition(), inner.frame, body)
+                return struct("foreach", scope.frame, entity, variables, asked, inner.frame, body)
             case Kind.PICK:
-                (picked,) = scope.over(entity)
-                return struct("pick", scope.frame, entity, _variable(picked), picked.kind, part(Property.BODY_STEP))
+                if not (over := scope.over(entity)):
+                    return []  # reported already
+                [picked] = over
+                body = self._construct(scope.binding(entity), self._part(entity, Property.BODY_STEP))
+                return struct("pick", scope.frame, entity, _variable(picked), picked.kind, body)
             case Kind.PERFORM:
                 return self._perform(scope, entity)
             case _:
@@ -181,13 +182,13 @@ class Compiler:
         return next((k for k in _CONSTRUCTS if k in kinds), None)
 
     def _perform(self, scope: _Scope, entity: str) -> Term:
-        performed = self._name(entity, Property.PERFORMS)
+        performed = self._part(entity, Property.PERFORMS)
         callee = self._processes.get(performed)
         if callee is None:
             self._problem("KB106", entity, f"performs {performed}, which is no AtomicProcess or CompositeProcess")
             return []
         self._calls.setdefault(scope.process.name, []).append(callee.name)
-        bindings = {self._name(b, Property.TO_PARAMETER): b for b in self._parts(entity, Property.HAS_BINDING)}
+        bindings = {self._part(b, Property.TO_PARAMETER): b for b in self._parts(entity, Property.HAS_BINDING)}
         arguments = []
         for parameter in callee.arguments:
             binding = bindings.pop(parameter.entity, None)
@@ -201,7 +202,7 @@ class Compiler:
             source = scope.parameter(self._part(binding, Property.FROM_PARAMETER))
             of_property = self._ontology.value(Property.OF_PROPERTY, binding)
             if of_property is not None and source is not None:
-                return struct("fluent", str(of_property), scope.term(source.entity))
+                return struct("fluent", str(of_property), scope.term(source.entity, entity))
         else:
             source = scope.process.parameter(parameter.name)
         if source is None:
@@ -221,7 +222,7 @@ class Compiler:
                 f"{parameter.name} of {callee.name} is a {parameter.kind}, but {source.name} of "
                 f"{scope.process.name} is a {source.kind}",
             )
-        return scope.term(source.entity)
+        return scope.term(source.entity, entity)
 
     def _written(self, process: Process, construct: str) -> frozenset[str]:
         """The parameters of a process, by entity, that some step within a construct outputs."""
@@ -229,11 +230,11 @@ class Compiler:
         todo = [construct]
         for entity in todo:
             todo += [s for s in self._parts(entity, Property.HAS_STEP) if s not in todo]
-            callee = self._processes.get(self._name(entity, Property.PERFORMS))
+            callee = self._processes.get(self._part(entity, Property.PERFORMS))
             if callee is None:
                 continue
             bound = {
-                self._name(b, Property.TO_PARAMETER): self._name(b, Property.FROM_PARAMETER)
+                self._part(b, Property.TO_PARAMETER): self._part(b, Property.FROM_PARAMETER)
                 for b in self._parts(entity, Property.HAS_BINDING)
             }
             for output in callee.outputs:
@@ -257,9 +258,9 @@ class Compiler:
             return struct("not", operands()[0])
         if self._ontology.is_a(entity, Kind.HOLDS):
             return struct(
-                "holds", self._name(entity, Property.OF_PROPERTY), scope.subject(entity), scope.object(entity)
+                "holds", self._part(entity, Property.OF_PROPERTY), scope.subject(entity), scope.object(entity)
             )
-        return struct("is_true", scope.term(self._part(entity, Property.OF_TRUTH_VALUE)))
+        return struct("is_true", scope.term(self._part(entity, Property.OF_TRUTH_VALUE), entity))
 
     # What a process requires of its robot
 
@@ -307,8 +308,6 @@ class Compiler:
     def _part(self, entity: str, prop: Property) -> str:
         return str(self._ontology.value(prop, entity))
 
-    _name = _part
-
     def _in_order(self, entity: str) -> list[str]:
         def number(step: str) -> tuple[float, str]:
             value = self._ontology.value(Property.STEP_NUMBER, step)
@@ -337,42 +336,64 @@ class _Scope:
     """The parameters of a process as terms, within one frame."""
 
     def __init__(
-        self, compiler: Compiler, process: Process, frame: Var, frames: Mapping[str, Var] | None = None
+        self,
+        compiler: Compiler,
+        process: Process,
+        frame: Var,
+        frames: Mapping[str, Var] | None = None,
+        bound: frozenset[str] = frozenset(),
     ) -> None:
         self._compiler = compiler
         self.process = process
         self.frame = frame
         self._frames = frames or {}
         """Parameters, by entity, that belong to the turn of a for-each."""
+        self._bound = bound
+        """Parameters, by entity, that a for-each or pick around goes over."""
+
+    def binding(self, construct: str) -> _Scope:
+        """The scope within a for-each or pick: what it goes over has a value there."""
+        bound = self._bound | {p.entity for p in self.over(construct)}
+        return _Scope(self._compiler, self.process, self.frame, self._frames, bound)
 
     def inner(self, written: frozenset[str]) -> _Scope:
         """The scope of one turn of a for-each: the data written in it belong to that turn."""
         frame = Var("Inner" + self.frame.name)
         frames = {**self._frames, **dict.fromkeys(written, frame)}
-        return _Scope(self._compiler, self.process, frame, frames)
+        return _Scope(self._compiler, self.process, frame, frames, self._bound)
 
     def parameter(self, entity: str) -> Parameter | None:
         return next((p for p in self.process.parameters if p.entity == entity), None)
 
-    def term(self, entity: str) -> Term:
+    def term(self, entity: str, user: str) -> Term:
+        """A parameter, by entity, as the step or condition `user` reads or writes it."""
         parameter = self.parameter(entity)
         if parameter is None:
             self._compiler._problem("KB124", entity, f"is used in {self.process.name}, but is no parameter of it")
             return []
         if parameter.is_datum and (parameter.role is Role.LOCAL or entity in self._frames):
             return struct("loc", self._frames.get(entity, Var("Frame")), parameter.name)
+        if parameter.role is Role.LOCAL and entity not in self._bound:
+            told = f"is used by {user}, but no ForEach or Pick around it goes over it"
+            self._compiler._problem("KB126", entity, told)
         return _variable(parameter)
 
     def over(self, construct: str) -> list[Parameter]:
         entities = self._compiler._parts(construct, Property.OVER_PARAMETER)
+        for entity in entities:
+            if self.parameter(entity) is None:
+                told = f"goes over {entity}, which is no parameter of {self.process.name}"
+                self._compiler._problem("KB124", construct, told)
         return [p for p in self.process.parameters if p.entity in entities]
 
     def subject(self, entity: str) -> Term:
-        return self.term(self._compiler._part(entity, Property.SUBJECT_PARAMETER))
+        return self.term(self._compiler._part(entity, Property.SUBJECT_PARAMETER), entity)
 
     def object(self, entity: str) -> Term:
         value = self._compiler._ontology.value(Property.HAS_VALUE, entity)
-        return value if value is not None else self.term(self._compiler._part(entity, Property.OBJECT_PARAMETER))
+        if value is not None:
+            return value
+        return self.term(self._compiler._part(entity, Property.OBJECT_PARAMETER), entity)
 
 
 def _variable(parameter: Parameter) -> Var:

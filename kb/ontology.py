@@ -71,18 +71,6 @@ class Ontology:
         # Equivalent classes are above each other; neither is more specific.
         return min(k for k in kinds if not any(k in above[o] and o not in above[k] for o in kinds))
 
-    def label(self, name: str) -> str:
-        """What people call an individual or class."""
-        for label in sorted(map(str, self.graph.objects(URIRef(self._iris.get(name, name)), RDFS.label))):
-            return label
-        return name
-
-    def comment(self, name: str) -> str:
-        """What an individual or class is, in a sentence."""
-        for comment in sorted(map(str, self.graph.objects(URIRef(self._iris.get(name, name)), RDFS.comment))):
-            return comment
-        return ""
-
     def definition(self, kind: str) -> str:
         """What a capability class asks for, in Manchester syntax, for messages: `hasSensor some Kinect`."""
         texts: set[str] = set()

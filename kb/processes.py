@@ -41,8 +41,6 @@ class Process:
     """A process and its parameters, in the order of their numbers."""
 
     name: str
-    label: str
-    comment: str
     is_atomic: bool
     parameters: tuple[Parameter, ...]
 
@@ -83,8 +81,6 @@ def read_processes(ontology: Ontology) -> dict[str, Process]:
         for name in ontology.individuals(kind):
             process = Process(
                 name=name,
-                label=ontology.label(name),
-                comment=ontology.comment(name),
                 is_atomic=kind is Kind.ATOMIC_PROCESS,
                 parameters=_parameters(ontology, name),
             )

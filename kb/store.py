@@ -24,12 +24,13 @@ from kb.processes import Process, read_processes
 from kb.prolog import Entry
 from kb.reasoner import classify
 from kb.terms import struct
-from kb.vocabulary import Kind
+from kb.vocabulary import Kind, Property
 
 _load_facts = Entry(search_path="kb_rules", file="facts", name="load_facts")
 _drop_facts = Entry(search_path="kb_rules", file="facts", name="drop_facts")
 _tell = Entry(search_path="kb_rules", file="facts", name="tell")
 _revisions = itertools.count(1)
+_POSITIVE = (Property.RADIUS_M, Property.MAX_VEL_LIN_MPS, Property.MAX_VEL_ANG_RADPS)
 
 
 class UnknownSite(KnowledgeError, LookupError):
@@ -94,6 +95,7 @@ class KnowledgeBase:
         self._processes = read_processes(self._ontology)
         self._groundings = read_groundings(self._ontology, self._processes, path.parent)
         estimates = read_travel_estimates(self._ontology, path.parent)
+        _require_one_estimate(self._ontology, estimates)
         self._travel_estimates = tuple(sorted(set(estimates.values()), key=str))
         requests = {g.name: g.request for g in self._groundings.values()} | {n: e.request for n, e in estimates.items()}
         _require_values(self._ontology, requests)
@@ -142,8 +144,37 @@ def load(path: Path, folder: Path) -> Ontology:
     return close(files, classify(files))
 
 
+def _require_one_estimate(ontology: Ontology, estimates: Mapping[str, TravelEstimate]) -> None:
+    """All travel durations must be estimated in the same way; estimates by the name of the duration model."""
+    names = sorted(estimates)
+    problems = [
+        ontology.problem(
+            "KB162",
+            name,
+            f"names another service or other fields than {names[0]}; "
+            "only one way to estimate travel is supported, so give both the same",
+        )
+        for name in names
+        if estimates[name] != estimates[names[0]]
+    ]
+    if problems:
+        raise OntologyRejected(problems)
+
+
+def _not_positive(ontology: Ontology, robot: str) -> list[Problem]:
+    """What a robot, or its class, says to be zero or less though no robot is like that."""
+    return [
+        ontology.problem(
+            "KB132", robot, f"of the class {ontology.kind_of(robot)} has {prop} {value}; it must be a number above 0"
+        )
+        for prop in _POSITIVE
+        for value in ontology.values(prop, robot)
+        if not isinstance(value, int | float) or value <= 0
+    ]
+
+
 def _require_values(ontology: Ontology, requests: Mapping[str, tuple[Field, ...]]) -> None:
-    """Every robot must state what requests say of it, and every file must be there; requests by who makes them."""
+    """Robots must state what requests say of them, and what can be; files must be there. Requests by who makes them."""
     problems: list[Problem] = []
     for name, request in requests.items():
         for field in request:
@@ -152,6 +183,7 @@ def _require_values(ontology: Ontology, requests: Mapping[str, tuple[Field, ...]
     if problems:
         raise OntologyRejected(problems)
     for robot in ontology.individuals(Kind.ROBOT):
+        problems += _not_positive(ontology, robot)
         for name, request in requests.items():
             for field in request:
                 lacks = (

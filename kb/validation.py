@@ -7,10 +7,11 @@ what SHACL can say only in SPARQL, which takes longer than all the rest: numbers
 from __future__ import annotations
 
 import difflib
+import math
 import re
 from pathlib import Path
 
-from rdflib import OWL, RDF, SH, XSD, BNode, Graph, Literal, URIRef
+from rdflib import OWL, RDF, RDFS, SH, XSD, BNode, Graph, Literal, URIRef
 from rdflib.term import Node
 
 from kb.files import OntologyFile, OntologyFiles, local_name
@@ -25,10 +26,10 @@ _KNOWN_DATATYPES = {XSD.string, XSD.boolean, XSD.integer, XSD.double, XSD.anyURI
 def check(files: OntologyFiles) -> list[Problem]:
     """All problems of files that parse, without the reasoner."""
     graph = files.merged()
-    misspelt = _unknown_terms(files, graph)
-    # A misspelt term makes shapes complain about what is only its consequence.
+    misspelt = [*_unknown_terms(files, graph), *_datatypes(files)]
+    # A misspelt term or value makes shapes complain about what is only its consequence; of NaN, SHACL dies.
     return misspelt or [
-        *_datatypes(files),
+        *_cycles(files, graph),
         *_two_values(files, graph),
         *_step_numbers(files, graph),
         *_fields(files, graph),
@@ -75,13 +76,52 @@ def _datatypes(files: OntologyFiles) -> list[Problem]:
     problems = []
     for file in files.files:
         for subject, predicate, value in file.graph:
-            if isinstance(value, Literal) and (value.ill_typed or value.datatype not in {None, *_KNOWN_DATATYPES}):
-                entity = _named(file, subject)
-                kind = local_name(str(value.datatype))
-                problems.append(
-                    files.problem("KB012", entity, f"{local_name(str(predicate))} {str(value)!r} is no {kind} we know")
-                )
+            if not isinstance(value, Literal):
+                continue
+            if value.ill_typed or value.datatype not in {None, *_KNOWN_DATATYPES}:
+                wrong = f"is no {local_name(str(value.datatype))} we know"
+            elif isinstance(value.value, float) and not math.isfinite(value.value):
+                wrong = "is no finite number; give one"
+            else:
+                continue
+            prop = file.graph.value(subject, OWL.onProperty) or predicate  # of a restriction, what it restricts
+            told = f"{local_name(str(prop))} {str(value)!r} {wrong}"
+            problems.append(files.problem("KB012", _named(file, subject), told))
     return problems
+
+
+def _cycles(files: OntologyFiles, graph: Graph) -> list[Problem]:
+    """Constructs and conditions that contain themselves; each cycle once."""
+    parts: dict[str, list[str]] = {}
+    for above in (Property.HAS_STEP, Property.OPERAND):
+        for prop in graph.transitive_subjects(RDFS.subPropertyOf, _term(above)):
+            for whole, part in graph.subject_objects(prop):
+                parts.setdefault(str(whole), []).append(str(part))
+    problems, named = [], set[str]()
+    for entity in sorted(parts):
+        cycle = [] if entity in named else _way_back(parts, entity)
+        if cycle:
+            named.update(cycle)
+            told = f"contains itself: {' -> '.join(map(local_name, cycle))}; name another step or operand"
+            problems.append(files.problem("KB211", entity, told))
+    return problems
+
+
+def _way_back(parts: dict[str, list[str]], entity: str) -> list[str]:
+    """The shortest way from an entity through its parts to itself, both ends included; empty if there is none."""
+    whole_of: dict[str, str] = {}
+    todo = [entity]
+    for whole in todo:
+        for part in sorted(parts.get(whole, ())):
+            if part == entity:
+                way = [whole]
+                while way[-1] != entity:
+                    way.append(whole_of[way[-1]])
+                return [*reversed(way), entity]
+            if part not in whole_of:
+                whole_of[part] = whole
+                todo.append(part)
+    return []
 
 
 def _two_values(files: OntologyFiles, graph: Graph) -> list[Problem]:

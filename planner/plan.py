@@ -19,6 +19,8 @@ class PlanStatus(StrEnum):
     """The program has no execution."""
     UNSOLVABLE_INCOMPLETELY = "UNSOLVABLE_INCOMPLETELY"
     """None was found within the budget."""
+    UNSUPPORTED = "UNSUPPORTED"
+    """The program cannot be looked ahead: it decides on what only acting finds out, or loops."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,17 +10,17 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from kb.prolog import Entry
+from kb.prolog import Entry, PrologError
 from kb.store import Snapshot
 from kb.terms import Action, Argument, Data, Fluent, Struct, Term, Value, struct
 from planner.errors import InvalidPlan
 from planner.plan import Plan, PlannedStep, PlanStatus
-from planner.validate import violations
+from planner.validate import CannotCheck, violations
 
 HERE = "here"
 """Where a robot is when the plan is made."""
 
-MAX_NODES = 200_000
+MAX_NODES = 30_000
 """Search budget: configurations, not seconds, so that the same request has the same answer everywhere."""
 
 TravelTimes: TypeAlias = Callable[[Mapping[str, Sequence[str]]], Mapping[tuple[str, str, str], float]]
@@ -148,23 +148,49 @@ class Session:
             struct("travel", robot, origin, goal, round(seconds * _MS_PER_S))
             for (robot, origin, goal), seconds in sorted(times.items())
         ]
-        answer = _make_plan(struct("plan", self._key, round(now_s * _MS_PER_S), table, MAX_NODES))
+        try:
+            answer = _make_plan(struct("plan", self._key, round(now_s * _MS_PER_S), table, MAX_NODES))
+        except PrologError as error:
+            if error.formal[0] != "depends_on_sensing":
+                raise
+            return self._unsupported("it decides on what only acting finds out", now_s)
         plan = self._read_plan(answer, now_s)
         if plan.solved:
-            found = violations(
-                plan,
-                self._snapshot,
-                self._snapshot.program(self._process),
-                self._head(),
-                key=self._key,
-                robots=self._robots,
-                travel_times=times,
-                from_start=self._from_start,
-                under_way=frozenset(answer["under_way"]),
-            )
+            try:
+                found = self._violations(plan, times, answer["under_way"])
+            except CannotCheck as cannot:
+                return self._unsupported(str(cannot), now_s)
             if found:
                 raise InvalidPlan(found)
         return plan
+
+    def _violations(
+        self, plan: Plan, times: Mapping[tuple[str, str, str], float], under_way: Sequence[str]
+    ) -> list[str]:
+        return violations(
+            plan,
+            self._snapshot,
+            self._snapshot.program(self._process),
+            self._head(),
+            key=self._key,
+            robots=self._robots,
+            travel_times=times,
+            from_start=self._from_start,
+            under_way=frozenset(under_way),
+        )
+
+    def _unsupported(self, why: str, now_s: float) -> Plan:
+        return Plan(
+            status=PlanStatus.UNSUPPORTED,
+            made_at_s=now_s,
+            makespan_s=0.0,
+            lower_bound_s=0.0,
+            steps=(),
+            choices={},
+            nodes=0,
+            reason=f"{self._process} cannot be looked ahead: {why}; "
+            "give the composite process that does so a hasDurationModel, so that it is planned as one step",
+        )
 
     def next_actions(self, *, now_s: float) -> Progress:
         """Start all that may start now."""
@@ -267,6 +293,8 @@ def _reason(status: PlanStatus, makespan_s: float, bound_s: float, nodes: int) -
             return f"the program has no execution ({nodes} configurations, all looked into)"
         case PlanStatus.UNSOLVABLE_INCOMPLETELY:
             return f"no execution was found within the budget of {nodes} configurations"
+        case PlanStatus.UNSUPPORTED:
+            return "the program cannot be looked ahead"
 
 
 def _value(row: Any) -> Value:

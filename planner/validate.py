@@ -39,6 +39,9 @@ def violations(
 ) -> list[str]:
     """What is wrong with a plan, one sentence each; empty if it is sound.
 
+    Raises:
+        CannotCheck: The program loops before anything is known of how often, or asks for what the plan changes.
+
     Args:
         request: The process with its arguments, as it was asked for.
         key: Name of the task: the frame of the request.
@@ -109,6 +112,10 @@ def _parameter_name(snapshot: Snapshot, model: str, prop: Property) -> str:
     return str(snapshot.ontology.value(Property.PARAMETER_NAME, str(entity)))
 
 
+class CannotCheck(Exception):
+    """The program goes beyond what is checked here; the text says where."""
+
+
 class _Walk:
     """One walk through the program along the plan."""
 
@@ -125,8 +132,20 @@ class _Walk:
                     self._definitions[name] = ((), body)
                 case _:
                     raise ValueError(f"no procedure: {definition}")
+        self._changed = {change for name in {program.name, *self._definitions} for change in self._changes(name)}
         self.violations: list[str] = []
         self.visited: set[str] = set()
+
+    def _changes(self, process: str) -> Iterator[tuple[str, str]]:
+        """Property and class of subject of the effects of a process and of all that it performs."""
+        ontology, todo = self._snapshot.ontology, [process]
+        for name in todo:
+            body = self._definitions.get(name, ((), []))[1]
+            todo += [callee for callee in _calls(body) if callee not in todo]
+            for effect in ontology.values(Property.HAS_EFFECT, name):
+                subject = str(ontology.value(Property.SUBJECT_PARAMETER, str(effect)))
+                prop = str(ontology.value(Property.OF_PROPERTY, str(effect)))
+                yield prop, str(ontology.value(Property.PARAMETER_TYPE, subject))
 
     def lacks(self, robot: str, process: str) -> list[str]:
         """The capabilities that a process, or what it has its robot do, requires and a robot has not."""
@@ -168,8 +187,8 @@ class _Walk:
             case Struct("call"):
                 return self.call(_bind(program, binding), start_s)
             case _:
-                self.violations.append(f"the plan goes through what can only be acted: {program}")
-                return start_s
+                loop = program.functor if isinstance(program, Struct) else str(program)
+                raise CannotCheck(f"it loops ({loop}), and how often only acting tells")
 
     def call(self, call: Term, start_s: float) -> float:
         """The time when a call is done."""
@@ -187,7 +206,8 @@ class _Walk:
             if planned.action.process != name or asked != given:
                 self.violations.append(f"the plan does {planned.action} where the program asks for {name}{asked}")
             return planned.end_s
-        if name not in self._definitions:
+        one_step = self._snapshot.ontology.value(Property.HAS_DURATION_MODEL, name) is not None
+        if one_step or name not in self._definitions:
             self.violations.append(f"the plan lacks {name} ({call_id})")
             return start_s
         parameters, body = self._definitions[name]
@@ -258,14 +278,32 @@ class _Walk:
                 return not self._holds(part, binding)
             case Struct("holds", (str(prop), subject, value)):
                 subject_name, wanted = str(_bind(subject, binding)), _bind(value, binding)
+                for changed, kind in self._changed:
+                    if changed == prop and self._snapshot.ontology.is_a(subject_name, kind):
+                        raise CannotCheck(
+                            f"it asks for {prop}({subject_name}), which the plan itself may change before"
+                        )
                 told = self._snapshot.fluents.get((prop, subject_name))
                 values: tuple[Value, ...] = (
                     self._snapshot.ontology.values(prop, subject_name) if told is None else (told,)
                 )
                 return wanted in values
             case _:
-                self.violations.append(f"the plan rests on what only acting can find out: {condition}")
-                return False
+                raise CannotCheck("it decides on what only acting finds out")
+
+
+def _calls(program: Term) -> Iterator[str]:
+    """Every process that a program may do."""
+    match program:
+        case Struct("call", (_, _, Struct(callee) | str(callee))):
+            yield callee
+        case Struct(_, parts):
+            yield from _calls(list(parts))
+        case list():
+            for part in program:
+                yield from _calls(part)
+        case _:
+            return
 
 
 def _always_does(program: Term, robot: Term) -> Iterator[str]:

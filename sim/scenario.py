@@ -1,7 +1,8 @@
 """What stands where at the start: a scenario file becomes frozen values.
 
 The names of places (`start`, `believed_at`) belong to the knowledge base; the simulator carries them and does not
-resolve them. Where an object truly is, is `position`; the robots have to find that out.
+resolve them. Where they are left out, the knowledge base itself says where things are. Where an object truly is, is
+`position`; the robots have to find that out.
 """
 
 from __future__ import annotations
@@ -17,23 +18,23 @@ from sim.world import ObjectModel, Point3, World, load_world, object_models
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotSetup:
-    """A robot, the name of the place where it is told to stand, and how well it is placed there (1 sigma)."""
+    """A robot, where it is told to stand, if elsewhere than known, and how well it is placed there (1 sigma)."""
 
     name: str
     model: RobotModel
-    start: str
+    start: str | None
     placement_error_m: float
     placement_error_rad: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ObjectSetup:
-    """An object, where its bottom center truly is (map, m), and the name of the place where it is believed to be."""
+    """An object, where its bottom center truly is (map, m), and where it is believed to be, if other than known."""
 
     name: str
     model: ObjectModel
     position: Point3
-    believed_at: str
+    believed_at: str | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,7 +99,7 @@ def _robot(name: str, section: Section) -> RobotSetup:
     robot = RobotSetup(
         name=name,
         model=robot_models()[section.text("model", choices=robot_models())],
-        start=section.name("start"),
+        start=section.name_if_given("start"),
         placement_error_m=section.number("placement_error_m", low=0.0, high=1.0),
         placement_error_rad=section.number("placement_error_rad", low=0.0, high=1.0),
     )
@@ -118,7 +119,7 @@ def _object(name: str, section: Section, world: World) -> ObjectSetup:
         name=name,
         model=object_models()[section.text("model", choices=object_models())],
         position=(x, y, z),
-        believed_at=section.name("believed_at"),
+        believed_at=section.name_if_given("believed_at"),
     )
     section.end()
     return thing

@@ -45,6 +45,11 @@ class Section:
             raise self.fault(key, f"{value!r} is not a name; a name is like kitchen_table_2")
         return value
 
+    def name_if_given(self, key: str) -> str | None:
+        """As `name`, or None where the field is left out."""
+        self._read.add(key)
+        return self.name(key) if key in self._fields else None
+
     def number(self, key: str, low: float = -math.inf, high: float = math.inf) -> float:
         """A finite number from `low` to `high`."""
         return self._checked(key, self._value(key), low, high)

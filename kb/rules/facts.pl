@@ -5,8 +5,6 @@
             kind/3,                     % ?Revision, ?Individual, ?Class
             value/4,                    % ?Revision, ?Property, ?Subject, ?Value
             fluent/4,                   % ?Revision, ?Property, ?Subject, ?Value
-            process/3,                  % ?Revision, ?Name, ?Kind
-            parameters/3,               % ?Revision, ?Name, ?Parameters
             definition/4,               % ?Revision, ?Head, ?Frame, ?Body
             precondition/3,             % ?Revision, ?Head, ?Condition
             effect/4,                   % ?Revision, ?Head, ?Fluent, ?Value
@@ -30,8 +28,8 @@ processes are terms `Name(Argument, ...)` with the arguments in the order of the
 */
 
 :- dynamic
-    kind/3, value/4, fluent/4, process/3, parameters/3, definition/4, precondition/3, effect/4,
-    duration/3, requires/3, agent/3, keeps_robot/2.
+    kind/3, value/4, fluent/4, definition/4, precondition/3, effect/4, duration/3, requires/3,
+    agent/3, keeps_robot/2.
 
 %!  load_facts(+Facts:list, -Dict) is det.
 %
@@ -48,9 +46,9 @@ fact(Fact) :-
     ;   throw(error(domain_error(fact, Fact), _))
     ).
 
-exported(kind/3).       exported(value/4).      exported(fluent/4).       exported(process/3).
-exported(parameters/3). exported(definition/4). exported(precondition/3). exported(effect/4).
-exported(duration/3).   exported(requires/3).   exported(agent/3).
+exported(kind/3).       exported(value/4).        exported(fluent/4).
+exported(definition/4). exported(precondition/3). exported(effect/4).
+exported(duration/3).   exported(requires/3).     exported(agent/3).
 exported(keeps_robot/2).
 
 %!  drop_facts(+Revision, -Dict) is det.

@@ -40,16 +40,24 @@ open_session(request(Session, Revision, Head, Limit, Now), _{}) :-
     keep(Session, call(Session, task, Head), S).
 
 close_session(Session, _{}) :-
-    nb_setval(Session, closed).
+    forget_all(Session, _).
+
+%   Sessions are kept in the recorded database, which all threads share. Under the key of a session stand
+%   kept(Program, Situation) and, from when a plan is found until it is adopted, planned(Guide, Open): Open
+%   are the steps of the plan before that had not begun.
 
 keep(Session, P, S) :-
-    nb_setval(Session, P-S).
+    forget_all(Session, kept(_, _)),
+    recorda(Session, kept(P, S)).
 
 kept(Session, P, S) :-
-    (   nb_current(Session, P0-S0)
+    (   recorded(Session, kept(P0, S0))
     ->  P = P0, S = S0
     ;   throw(error(existence_error(session, Session), _))
     ).
+
+forget_all(Session, What) :-
+    forall(recorded(Session, What, Reference), erase(Reference)).
 
 no_guide(guide(Empty, Empty)) :-
     empty_assoc(Empty).
@@ -78,7 +86,7 @@ needed_travels(Session, _{travels: Travels, excluded: Excluded}) :-
 %!  make_plan(+Request, -Dict) is det.
 %
 %   Request is plan(Session, Now, Travels, MaxNodes), Travels a list of travel(Robot, From, To, Ms). The
-%   plan that is found guides the session from now on.
+%   plan that is found guides the session from the next next_actions/2 on: making it takes time.
 
 make_plan(plan(Session, Now, Travels, MaxNodes), Dict) :-
     kept(Session, P, S0),
@@ -95,8 +103,9 @@ make_plan(plan(Session, Now, Travels, MaxNodes), Dict) :-
     plan_dict(Result, Now, S6, Dict),
     (   Result = plan(_, _, _, Events, _)
     ->  guide(Events, Guide),
-        with_mode(S1, act(Guide), S),
-        keep(Session, P, S)
+        open_steps(S0, Open),
+        forget_all(Session, planned(_, _)),
+        recorda(Session, planned(Guide, Open))
     ;   true
     ).
 
@@ -138,12 +147,32 @@ step_dict(Id, Head, Agent, Start, End, _, [Start, End|Action]) :-
 
 %!  next_actions(+Request, -Dict) is det.
 %
-%   Request is next(Session, Now). Starts all that may start now.
+%   Request is next(Session, Now). Adopts the plan that was made last, and starts all that may start now.
 
 next_actions(next(Session, Now), Dict) :-
     kept(Session, P, S0),
-    at_time(S0, Now, S),
+    at_time(S0, Now, S1),
+    (   recorded(Session, planned(Guide, Open), Reference)
+    ->  erase(Reference),
+        adopted(Guide, Open, S1, S)
+    ;   S = S1
+    ),
     go_on(Session, P, S, Dict).
+
+%   What has begun since the plan was found, by the plan before, is not begun again.
+adopted(guide(Choices, Order), Open, S0, S) :-
+    open_steps(S0, StillOpen),
+    subtract(Open, StillOpen, Begun),
+    map_assoc(left_to_begin(Begun), Order, Order1),
+    with_mode(S0, act(guide(Choices, Order1)), S).
+
+left_to_begin(Begun, Steps, Left) :-
+    subtract(Steps, Begun, Left).
+
+open_steps(S, Steps) :-
+    mode(S, act(guide(_, Order))),
+    assoc_to_values(Order, Lists),
+    append(Lists, Steps).
 
 %!  report(+Outcome, -Dict) is det.
 %

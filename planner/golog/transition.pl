@@ -22,7 +22,7 @@ ahead, to the next natural end) and planner_steps (acting, to what the robots re
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(assoc)).
-:- use_module(kb_rules(facts), [definition/4, duration/3, process/3]).
+:- use_module(kb_rules(facts), [definition/4, duration/3]).
 :- use_module(planner_golog(projection)).
 
 %!  trans(+Program, +Situation, -Rest, -Next) is nondet.

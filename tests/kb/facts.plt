@@ -40,8 +40,8 @@ test(dropping_takes_one_revision, [cleanup(drop), all(Revision == [-2])]) :-
     Revision < 0.
 
 test(dropping_takes_every_predicate, [cleanup(drop), true(Left == [])]) :-
-    load_facts([ kind(-1, a, b), value(-1, p, a, 1), fluent(-1, p, a, 1), process(-1, a, atomic),
-                 parameters(-1, a, []), definition(-1, a, _, []), precondition(-1, a, all([])),
+    load_facts([ kind(-1, a, b), value(-1, p, a, 1), fluent(-1, p, a, 1),
+                 definition(-1, a, _, []), precondition(-1, a, all([])),
                  effect(-1, a, fluent(p, a), 1), duration(-1, a, fixed(1)), requires(-1, a, b),
                  agent(-1, a, a)
                ], _),

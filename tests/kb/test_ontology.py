@@ -29,15 +29,6 @@ def test_values_have_their_types(shipped: KnowledgeBase) -> None:
     assert ontology.value("serviceName", "Laser_service") == "/{robot}/laser"
 
 
-def test_labels_and_comments_are_for_people(shipped: KnowledgeBase) -> None:
-    """A thing without a label is called by its name."""
-    ontology = ontology_of(shipped)
-    assert ontology.label("at_bar") == "at the bar"
-    assert ontology.label("Laser_robot") == "Laser_robot"
-    assert ontology.comment("Laser") == "Measures the distances around the robot."
-    assert ontology.comment("Laser_robot") == ""
-
-
 def test_a_capability_is_told_as_it_is_defined(shipped: KnowledgeBase) -> None:
     """For messages: what a robot would need."""
     assert ontology_of(shipped).definition("RobotWithKinect") == "hasSensor some Kinect"

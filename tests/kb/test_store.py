@@ -11,8 +11,6 @@ FACTS = {
     "kind": 3,
     "value": 4,
     "fluent": 4,
-    "process": 3,
-    "parameters": 3,
     "definition": 4,
     "duration": 3,
     "requires": 3,

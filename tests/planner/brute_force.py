@@ -41,15 +41,14 @@ class World:
         facts += [struct("kind", revision, place, "Place") for place in PLACES]
         for drink, place in self.drinks.items():
             facts += [struct("kind", revision, drink, "Drink"), struct("value", revision, "standsAt", drink, place)]
-        for name, head, duration in (
-            ("Go", struct("Go", r, x), struct("travel", r, x, SETUP_MS)),
-            ("Look", struct("Look", r), struct("fixed", LOOK_MS)),
-            ("Lift", struct("Lift", r), struct("fixed", LIFT_MS)),
-            ("Mark", struct("Mark", r, x), struct("fixed", MARK_MS)),
-            ("Think", "Think", struct("fixed", THINK_MS)),
+        for head, duration in (
+            (struct("Go", r, x), struct("travel", r, x, SETUP_MS)),
+            (struct("Look", r), struct("fixed", LOOK_MS)),
+            (struct("Lift", r), struct("fixed", LIFT_MS)),
+            (struct("Mark", r, x), struct("fixed", MARK_MS)),
+            ("Think", struct("fixed", THINK_MS)),
         ):
-            values: list[Term] = [] if isinstance(head, str) else [struct("-", "input", "x") for _ in head.args]
-            facts += [struct("duration", revision, head, duration), struct("parameters", revision, name, values)]
+            facts.append(struct("duration", revision, head, duration))
             facts += [] if isinstance(head, str) else [struct("agent", revision, head, r)]
         frame, search = Var("Frame"), struct("Search", r, x)
         body: list[Term] = [
@@ -339,10 +338,7 @@ def _took(task: Task, origin: str, world: World) -> int | None:
 
 def request(body: Term, revision: int) -> list[Term]:
     """The process `Main` with this body."""
-    return [
-        struct("definition", revision, "Main", Var("Frame"), body),
-        struct("parameters", revision, "Main", []),
-    ]
+    return [struct("definition", revision, "Main", Var("Frame"), body)]
 
 
 def travel_table(world: World) -> list[Term]:

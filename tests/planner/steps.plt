@@ -7,11 +7,10 @@
 station :-
     load_facts(
         [ kind(t, r1, 'Robot'), kind(t, r2, 'Robot'),
-          parameters(t, 'Watch', [robot-robot]), agent(t, 'Watch'(R1), R1), duration(t, 'Watch'(_), fixed(10)),
-          parameters(t, 'Count', []), duration(t, 'Count', fixed(5)),
-          parameters(t, 'Guard', [robot-robot]), agent(t, 'Guard'(R2), R2), keeps_robot(t, 'Guard'),
+          agent(t, 'Watch'(R1), R1), duration(t, 'Watch'(_), fixed(10)),
+          duration(t, 'Count', fixed(5)),
+          agent(t, 'Guard'(R2), R2), keeps_robot(t, 'Guard'),
           definition(t, 'Guard'(R3), F3, [call(F3, watch, 'Watch'(R3)), call(F3, report, 'Watch'(R3))]),
-          parameters(t, 'Main', []),
           definition(t, 'Main', F4, conc([ pick(F4, pick, R4, 'Robot', call(F4, guard, 'Guard'(R4))),
                                            call(F4, count, 'Count') ]))
         ], _).

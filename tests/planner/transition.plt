@@ -11,7 +11,7 @@ workshop :-
         [ kind(w, anna, 'Robot'), kind(w, bert, 'Robot'), kind(w, bert, 'RobotWithArm'),
           kind(w, cup, 'Thing'), kind(w, jug, 'Thing'), kind(w, p1, 'Place'),
           value(w, madeOf, cup, clay), fluent(w, dirty, cup, true),
-          parameters(w, 'Wipe', [robot-robot, input-thing]), agent(w, 'Wipe'(R1, _), R1),
+          agent(w, 'Wipe'(R1, _), R1),
           duration(w, 'Wipe'(_, _), fixed(30)), effect(w, 'Wipe'(_, T1), fluent(dirty, T1), false),
           agent(w, 'Polish'(R2, _), R2), duration(w, 'Polish'(_, _), fixed(50)),
           requires(w, 'Polish', 'RobotWithArm'), precondition(w, 'Polish'(_, T2), holds(dirty, T2, false)),

@@ -107,6 +107,16 @@ def test_wrong_knowledge_ends_the_command_with_status_2(
     ("arguments", "told"),
     [
         (["run", "FindEmptyDrink", "tue_lab"], "'tue_lab' is no argument; write name=value"),
+        (
+            ["run", "FindEmptyDrink", "room=tue_lab", "robots=2"],
+            "'robots=2' is no argument of the task; write --robots 2",
+        ),
+        (
+            ["run", "FindEmptyDrink", "room=tue_lab", "room=kitchen"],
+            "room is given twice, as 'tue_lab' and as 'kitchen'",
+        ),
+        ([*RUN, "--seed", "-1"], "seed=-1 is no seed"),
+        ([*RUN, "--out", "/dev/null"], "--out /dev/null is a file; give a folder"),
         (["run", "FindEmptyDrink", "room=mars"], "room='mars' of FindEmptyDrink is not known"),
         ([*RUN, "--site", "tue_lob"], "no site 'tue_lob'"),
         ([*RUN, "--scenario", "tuelab"], "tuelab"),

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from executive import Fleet, TaskStatus
-from executive.trace import ActionFinished, ActionStarted, Replanned
+from executive.trace import ActionFinished, ActionStarted, PlanMade, ProcessBegun, Replanned
 from grounding.inprocess import Service
 from kb.errors import ServiceFailed
 from tests.scenarios.conftest import ROBOTS, run_scored
@@ -41,6 +41,10 @@ def test_a_broken_robot_is_made_up_for_by_the_other() -> None:
         [anew] = [e for e in fleet.trace if isinstance(e, Replanned)]
         assert "DeviceBroken, it does not answer" in anew.reason
         assert "amigo_1 is not tried again" in anew.reason
+        rest = list(fleet.trace)[list(fleet.trace).index(anew) :]
+        plan_made = next(n for n, event in enumerate(rest) if isinstance(event, PlanMade))
+        begun = [e.process for e in rest[:plan_made] if isinstance(e, ProcessBegun)]
+        assert not [process for process in begun if process.startswith("SearchDrink")]  # not before there is a plan
 
 
 def test_a_place_that_stays_taken_is_given_up_after_the_grace_time() -> None:

@@ -77,7 +77,7 @@ class Lab:
 
     def wait(self, seconds: float) -> None:
         """Let time pass."""
-        until_s = self.clock.now_s + seconds
+        until_s = round(self.clock.now_s + seconds, 9)  # the clock ticks in nanoseconds
         self.clock.call_at(until_s, lambda: None)
         assert self.clock.run_until(lambda: self.clock.now_s >= until_s)
 

@@ -34,15 +34,15 @@ def test_shipped_scenarios_load() -> None:
 
 
 def test_find_empty_drink_is_as_filed() -> None:
-    """The default scenario has the robots, places and drinks that it is described to have."""
+    """The default scenario has the robots and drinks it is described to have; the ontology tells where they are."""
     scenario = load_scenario("tue_lab")
     assert [(robot.name, robot.model.name, robot.start) for robot in scenario.robots] == [
-        ("amigo_1", "amigo", "start_west"),
-        ("pico_1", "pico", "start_east"),
+        ("amigo_1", "amigo", None),
+        ("pico_1", "pico", None),
     ]
     assert [(thing.name, thing.model.name, thing.position, thing.believed_at) for thing in scenario.objects] == [
-        ("drink_1", "beer_bottle", (2.5, 6.0, 0.45), "at_coffee_table"),
-        ("drink_2", "soft_drink_can", (8.3, 5.6, 0.75), "at_dining_table"),
+        ("drink_1", "beer_bottle", (2.5, 6.0, 0.45), None),
+        ("drink_2", "soft_drink_can", (8.3, 5.6, 0.75), None),
     ]
     assert (scenario.site, scenario.world.name, scenario.seed) == ("tue_lab", "tue_lab", 1)
 
