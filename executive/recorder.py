@@ -26,7 +26,7 @@ class Recorder:
             self._stream.write(to_json(event) + "\n")
         elif self._path is not None and not isinstance(event, FleetOpened):
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._stream = self._path.open("w", encoding="utf-8")
+            self._stream = self._path.open("w", encoding="utf-8", buffering=1)  # a killed process leaves its trace
             self._stream.writelines(to_json(earlier) + "\n" for earlier in self.events)
 
     def close(self) -> None:
