@@ -42,7 +42,7 @@ Situation Calculus", 2008, ch. 4): a durative action runs from its start to its 
 does one at a time, different agents act truly concurrently. All times are integer milliseconds.
 
     s(Fixed, Now, Fluents, Runs, Team, Log)
-      Fixed    fixed(Revision, Mode, Limit, Travel): does not change from step to step
+      Fixed    fixed(Revision, Mode, Limit): no action changes it
       Fluents  AVL tree: Property-Subject -> Value, loc(Frame,Name) -> Value, excluded(Pick,X) -> true
       Runs     [run(End, Agent, Id, Head)], ordered: the durative steps that are running
       Team     agents that have acted, ordered; at most Limit

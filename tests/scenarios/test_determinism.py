@@ -6,6 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+from executive import Fleet
+from executive.replay import first_difference
+from kb.files import SHIPPED
+
 
 def run(out: Path, *options: str) -> bytes:
     """The trace of one run of the command line, in a process of its own."""
@@ -31,3 +37,14 @@ def test_same_seed_same_bytes(tmp_path: Path) -> None:
     for picture in ("gantt.png", "top_view.png"):
         assert (tmp_path / "one" / picture).read_bytes() == (tmp_path / "two" / picture).read_bytes()
     assert run(tmp_path / "three", "--seed", "2") != one
+
+
+@pytest.mark.parametrize("events", [1000, 1001, 1002, 1003, 1004, 1005])
+def test_a_run_that_was_canceled_between_two_events_of_one_instant_replays_the_same(events: int) -> None:
+    """A cancel is repeated where it came in the order of events, not only at its time."""
+    with Fleet.open("tue_lab") as fleet:
+        task = fleet.request("FindEmptyDrink", room="tue_lab")
+        fleet.parts.clock.run_until(lambda: len(fleet.trace) >= events)
+        task.cancel()
+        recorded = list(fleet.trace)
+    assert first_difference(recorded, SHIPPED) == ""
