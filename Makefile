@@ -1,7 +1,7 @@
 # `make` lists the targets. Everything runs in .venv, which `make setup` fills once.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all check format lock setup wheel clean
+.PHONY: help demo test test-all check format lock setup peers wheel clean
 
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
 unexport PYTHONPATH PYTHONHOME
@@ -39,6 +39,9 @@ setup: $(STAMP) ## make .venv: Python packages and SWI-Prolog
 $(STAMP): pyproject.toml requirements.lock .ci/setup
 	.ci/setup
 	touch $@
+
+peers: $(STAMP) ## install up-tamer, which the planner's benchmark compares with (its licence: educational use)
+	pip install --no-deps up-tamer==1.1.6 pytamer==0.1.22
 
 wheel: $(STAMP) ## build dist/*.whl
 	python -m build --wheel --no-isolation

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import argparse
 import json
+import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any, Self
 
 from executive.errors import BadRequest
 from executive.events import TaskStatus
@@ -34,6 +36,7 @@ from kb.files import SHIPPED
 from kb.problems import OntologyRejected
 from kb.store import KnowledgeBase
 from planner.plan import Plan
+from planner.planner import EFFORT
 
 OK, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
 
@@ -78,6 +81,14 @@ def _parser() -> argparse.ArgumentParser:
 
     plan = commands.add_parser("plan", help="plan a task; nothing moves")
     _add_request(plan)
+    plan.add_argument(
+        "--effort",
+        type=float,
+        default=EFFORT,
+        metavar="S",
+        help="how long to look for a better plan or a proof, in seconds of computing (default: %(default)s); "
+        "Ctrl-C takes the best so far",
+    )
     plan.set_defaults(command=_plan)
 
     trace = commands.add_parser("trace", help="print a trace, or draw it")
@@ -211,13 +222,50 @@ class _Teller:
 
 def _plan(options: argparse.Namespace) -> int:
     arguments = _arguments(options)
-    with _open(options, None) as fleet:
-        plan, lacking = fleet.plan(options.task, robots=options.robots, **arguments)
+    with _open(options, None) as fleet, _Search() as search:
+        plan, lacking = fleet.plan(
+            options.task,
+            robots=options.robots,
+            effort=options.effort,
+            stop=search.stopped,
+            on_plan=search.tell,
+            **arguments,
+        )
     print(f"{plan.status}: {plan.reason}")
     _print_steps(plan)
     for sentence in lacking:
         _complain(sentence)
     return OK if plan.solved else REFUSED
+
+
+class _Search:
+    """A line of progress while a plan is looked for, where somebody is watching; Ctrl-C ends the search."""
+
+    def __init__(self) -> None:
+        self._stopped = False
+        self._before: Any = None
+        self._shown = False
+
+    def __enter__(self) -> Self:
+        self._before = signal.signal(signal.SIGINT, self._stop)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        signal.signal(signal.SIGINT, self._before)
+        if self._shown:
+            print(file=sys.stderr)
+
+    def stopped(self) -> bool:
+        return self._stopped
+
+    def tell(self, plan: Plan) -> None:
+        if plan.solved and sys.stderr.isatty():
+            self._shown = True
+            told = f"makespan {plan.makespan_s:.2f} s, at least {plan.lower_bound_s:.2f} s ({plan.phase})"
+            print(f"\r{told:<78}", end="", file=sys.stderr, flush=True)
+
+    def _stop(self, *_: object) -> None:
+        self._stopped = True
 
 
 def _print_steps(plan: Plan) -> None:

@@ -24,6 +24,7 @@ from executive.wiring import Parts, open_simulated
 from kb.clock import Clock
 from kb.errors import InternalError
 from planner.plan import Plan
+from planner.planner import EFFORT
 
 
 def _let_time_pass(clock: Clock, until_s: float, done: Callable[[], bool]) -> None:
@@ -126,13 +127,29 @@ class Fleet:
         self._parts.shell.post(events.Requested(task=name, request=request))
         return TaskHandle(name, self._parts)
 
-    def plan(self, process: str, /, *, robots: int | None = None, **arguments: str) -> tuple[Plan, tuple[str, ...]]:
+    def plan(
+        self,
+        process: str,
+        /,
+        *,
+        robots: int | None = None,
+        effort: float = EFFORT,
+        stop: Callable[[], bool] = lambda: False,
+        on_plan: Callable[[Plan], None] = lambda plan: None,
+        **arguments: str,
+    ) -> tuple[Plan, tuple[str, ...]]:
         """Plan a task without doing it; arguments as for `request`.
+
+        Args:
+            effort: Budget, in deterministic seconds: about what one core takes in seconds.
+            stop: Asked often; true: take the best plan so far.
+            on_plan: Told each better plan, and each better bound.
 
         Returns:
             The plan, and, if there is none, which robots lack which capability, a sentence each.
         """
-        return self._parts.shell.plan(self._checked(process, arguments, robots))
+        request = self._checked(process, arguments, robots)
+        return self._parts.shell.plan(request, effort=effort, stop=stop, on_plan=on_plan)
 
     def _checked(self, process: str, arguments: Mapping[str, str], robots: int | None) -> TaskRequest:
         if not self._is_open:

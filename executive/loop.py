@@ -49,7 +49,7 @@ from executive.request import TaskRequest
 from grounding.outcome import Outcome, OutcomeStatus
 from kb.errors import InternalError
 from kb.terms import Action
-from planner.planner import Begun, Ended, Started, StepEvent, Told
+from planner.planner import Abandoned, Begun, Ended, Started, StepEvent, Told
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -175,6 +175,9 @@ def _take_plan(state: State, event: PlanWasMade, now_s: float) -> Step:
             lower_bound_s=plan.lower_bound_s,
             steps=steps,
             reason=plan.reason,
+            search=[
+                (p.phase, round(p.effort, 3), p.nodes, p.pruned, p.makespan_s, p.lower_bound_s) for p in plan.history
+            ],
         )
         planned = replace(task, limits_s=event.limits_s)
         return _with_task(state, planned), [Record(event=made), AskActions(task=task.name)]
@@ -196,6 +199,12 @@ def _start_actions(state: State, event: ActionsAreReady, now_s: float) -> Step:
         state, ending = _finish(state, event.task, TaskStatus.COMPLETED, "everything asked for is done", now_s)
         return state, commands + ending
     task = state.tasks[event.task]
+    if event.progress.replan:
+        anew = trace.Replanned(
+            t_s=now_s, task=task.name, reason="the plan waited for what is known now, or was made before it changed"
+        )
+        state = _with_task(state, replace(task, awaited_plans=task.awaited_plans + 1))
+        return state, [*commands, Record(event=anew), MakePlan(task=task.name)]
     if event.progress.running == 0 and task.awaited_plans == 0:
         dead_end = "the program can neither go on nor end"
         reason = f"{task.trouble}; {dead_end}" if task.trouble else dead_end
@@ -223,6 +232,9 @@ def _take_progress(state: State, name: str, happened: StepEvent, now_s: float) -
             return state, [Tell(task=name, prop=happened.prop, subject=happened.subject, value=happened.value)]
         case Started(action=action):
             return _start_action(state, task, action, now_s)
+        case Abandoned(action=action):
+            given_up = [n for n, r in state.running.items() if r.task == name and r.action.id == action.id]
+            return _let_go(state, lambda number, _: number in given_up), []
         case _:
             assert_never(happened)
 
@@ -230,10 +242,10 @@ def _take_progress(state: State, name: str, happened: StepEvent, now_s: float) -
 def _start_action(state: State, task: Task, action: Action, now_s: float) -> Step:
     number = state.next_number
     leases = dict(state.leases)
-    if action.robot is not None:
-        if action.robot in leases:
-            raise InternalError(f"{action} is to start, but {action.robot} is still busy")
-        leases[action.robot] = number
+    for robot in action.robots:
+        if robot in leases:
+            raise InternalError(f"{action} is to start, but {robot} is still busy")
+        leases[robot] = number
     state = replace(
         state,
         running={**state.running, number: Running(task=task.name, action=action)},

@@ -7,7 +7,7 @@ hand on, and the recorder. Events are taken one at a time, in order.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, assert_never
 
@@ -24,8 +24,9 @@ from kb.clock import Clock
 from kb.store import KnowledgeBase, Snapshot
 from kb.terms import Action, Data, Fluent
 from kb.vocabulary import Property
+from planner.network import Travel
 from planner.plan import Plan
-from planner.planner import Exclusion, Session
+from planner.planner import EFFORT, Exclusion, Session
 
 PLANNING_S = 0.5
 """Under simulated time, making a plan takes so long (about 0.3 s on two slow cores, most of it travel times)."""
@@ -95,13 +96,28 @@ class Shell:
         """The tasks that have not ended, in order of arrival."""
         return tuple(self._state.tasks)
 
-    def plan(self, request: TaskRequest) -> tuple[Plan, tuple[str, ...]]:
-        """Plan a request without doing it; with the capabilities that robots lack, if there is no plan."""
+    def plan(
+        self,
+        request: TaskRequest,
+        *,
+        effort: float = EFFORT,
+        stop: Callable[[], bool] = lambda: False,
+        on_plan: Callable[[Plan], None] = lambda plan: None,
+    ) -> tuple[Plan, tuple[str, ...]]:
+        """Plan a request without doing it; with the capabilities that robots lack, if there is no plan.
+
+        Args:
+            effort: Budget, in deterministic seconds.
+            stop: Asked often; true: take the best plan so far.
+            on_plan: Told each better plan, and each better bound.
+        """
         snapshot = self._knowledge.snapshot()
         key = f"plan@{snapshot.revision}"  # no two fleets share a revision
-        session = Session(key, snapshot, request.process, request.arguments, robots=request.robots)
+        session = Session(
+            key, snapshot, request.process, request.arguments, robots=request.robots, now_s=self.clock.now_s
+        )
         try:
-            return self._made_plan(session)
+            return self._made_plan(session, effort, stop, on_plan)
         finally:
             session.close()
 
@@ -143,7 +159,9 @@ class Shell:
         snapshot, request = self._snapshots[task], self._requests[task]
         program = snapshot.program(request.process)
         key = self._key(task)
-        self._sessions[task] = Session(key, snapshot, request.process, request.arguments, robots=request.robots)
+        self._sessions[task] = Session(
+            key, snapshot, request.process, request.arguments, robots=request.robots, now_s=self.clock.now_s
+        )
         self.post(events.ProgramWasCompiled(task=task, program=program.text))
 
     def _key(self, task: str) -> str:
@@ -165,13 +183,23 @@ class Shell:
                 limits_s[step.action.id] = step.end_s - step.start_s + grace_s
         return limits_s
 
-    def _made_plan(self, session: Session) -> tuple[Plan, tuple[str, ...]]:
+    def _made_plan(
+        self,
+        session: Session,
+        effort: float = EFFORT,
+        stop: Callable[[], bool] = lambda: False,
+        on_plan: Callable[[Plan], None] = lambda plan: None,
+    ) -> tuple[Plan, tuple[str, ...]]:
         snapshot, now_s = self._knowledge.snapshot(), self.clock.now_s
 
-        def times(robots_to: Mapping[str, Sequence[str]]) -> dict[tuple[str, str, str], float]:
-            return travel_times(robots_to, snapshot, self._pose_estimate, t_s=now_s)
+        def times(robots: Sequence[str], places: Sequence[str]) -> Travel:
+            return travel_times(robots, places, snapshot, self._pose_estimate, t_s=now_s)
 
-        plan = session.plan(times, now_s=now_s + PLANNING_S)
+        plans = []
+        for plan in session.plans(times, now_s=now_s + PLANNING_S, effort=effort, stop=stop):
+            on_plan(plan)
+            plans = [plan]
+        [plan] = plans
         if plan.solved:
             return plan, ()
         return plan, _lacking(session.exclusions(), snapshot)

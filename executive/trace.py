@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import UnionType
 from typing import Any, ClassVar, Literal, TypeAlias, get_args, get_origin, get_type_hints
@@ -77,7 +77,10 @@ class ProgramCompiled:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanMade:
-    """A plan: its steps as [action, robot, start, end], and how good it is."""
+    """A plan: its steps as [action, robot, start, end], and how good it is.
+
+    `search` tells how it came about, as [phase, effort, nodes, pruned, makespan, lower bound].
+    """
 
     kind: ClassVar[Literal["plan_made"]] = "plan_made"
     t_s: float
@@ -87,6 +90,7 @@ class PlanMade:
     lower_bound_s: float
     steps: list[tuple[str, str, float, float]]
     reason: str
+    search: list[tuple[str, float, int, int, float, float]] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

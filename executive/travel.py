@@ -2,53 +2,69 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+
+import numpy as np
 
 from grounding.ground import field_of_individual, pose_of
 from grounding.messages import Float64MultiArray, Path, PoseStamped, header
 from grounding.runner import compute
 from kb.store import Snapshot
-from planner.planner import HERE
+from planner.network import NO_WAY, Milliseconds, Travel
 
 PLACES = "places"
 """The field of the request for travel times that holds the places."""
 
+_MS_PER_S = 1000
+
 
 def travel_times(
-    robots_to: Mapping[str, Sequence[str]],
+    robots: Sequence[str],
+    places: Sequence[str],
     snapshot: Snapshot,
     pose_of_robot: Callable[[str], PoseStamped],
     *,
     t_s: float,
-) -> dict[tuple[str, str, str], float]:
-    """Seconds by (robot, from, to), from where each robot is and between the locations it may travel to.
+) -> Travel:
+    """How long robots travel, from where each is and between places. Robots that travel alike are asked for at once.
 
     Args:
-        robots_to: Locations by robot.
         pose_of_robot: Where a robot believes it is.
         t_s: Time now.
 
     Raises:
         ServiceFailed: The service cannot tell.
     """
-    times: dict[tuple[str, str, str], float] = {}
     [estimate] = snapshot.travel_estimates
-    for robot, locations in sorted(robots_to.items()):
-        names = [HERE, *sorted(set(locations))]
-        poses = [pose_of_robot(robot), *(pose_of(name, snapshot, t_s=t_s) for name in names[1:])]
-        fields: dict[str, object] = {PLACES: Path(header=header("map", t_s), poses=poses)}
-        for field in estimate.request:
-            if field.file is not None:
-                fields[field.name] = str(field.file)
-            else:
-                fields[field.name] = field_of_individual(robot, field, snapshot, process=estimate.service, t_s=t_s)
-        reply = compute(estimate.service, fields, t_s=t_s)
-        seconds = reply["seconds"]
+    alike: dict[tuple[object, ...], list[str]] = {}
+    for robot in robots:
+        fields = (
+            str(f.file)
+            if f.file is not None
+            else field_of_individual(robot, f, snapshot, process=estimate.service, t_s=t_s)
+            for f in estimate.request
+        )
+        alike.setdefault(tuple(fields), []).append(robot)
+    poses = [pose_of(place, snapshot, t_s=t_s) for place in places]
+    profile: dict[str, int] = {}
+    between: list[Milliseconds] = []
+    here: dict[str, Milliseconds] = {}
+    for values, group in alike.items():
+        request: dict[str, object] = dict(zip((f.name for f in estimate.request), values, strict=True))
+        request[PLACES] = Path(header=header("map", t_s), poses=[*map(pose_of_robot, group), *poses])
+        seconds = compute(estimate.service, request, t_s=t_s)["seconds"]
         assert isinstance(seconds, Float64MultiArray)
-        table = seconds.data.reshape(len(names), len(names))
-        for row, origin in enumerate(names):
-            for column, goal in enumerate(names):
-                if goal != HERE and math.isfinite(table[row, column]):
-                    times[robot, origin, goal] = float(table[row, column])
-    return times
+        table = _milliseconds(seconds, len(group) + len(places))[:, len(group) :]
+        for number, robot in enumerate(group):
+            profile[robot] = len(between)
+            here[robot] = table[number]
+        between.append(table[len(group) :])
+    return Travel(places=tuple(places), profile=profile, between=tuple(between), here=here)
+
+
+def _milliseconds(seconds: Float64MultiArray, count: int) -> Milliseconds:
+    table = np.asarray(seconds.data, dtype=float).reshape(count, count)
+    reached = np.isfinite(table)
+    milliseconds: Milliseconds = np.full(table.shape, NO_WAY, dtype=np.int64)
+    milliseconds[reached] = np.rint(table[reached] * _MS_PER_S).astype(np.int64)
+    return milliseconds

@@ -38,7 +38,11 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Process:
-    """A process and its parameters, in the order of their numbers."""
+    """A process and its parameters, in the order of their numbers.
+
+    Attributes:
+        is_atomic: One primitive action; else a composite process, or a task type that others realize.
+    """
 
     name: str
     is_atomic: bool
@@ -60,9 +64,14 @@ class Process:
         return tuple(p for p in self.parameters if p.role is Role.OUTPUT)
 
     @property
+    def robots(self) -> tuple[Parameter, ...]:
+        """The parameters that name the robots which do the process together; the first is the one that travels."""
+        return tuple(p for p in self.parameters if p.role is Role.ROBOT)
+
+    @property
     def robot(self) -> Parameter | None:
-        """The parameter that names the robot which does the process."""
-        return next((p for p in self.parameters if p.role is Role.ROBOT), None)
+        """The parameter that names the robot which does the process, or the first of several."""
+        return next(iter(self.robots), None)
 
     def parameter(self, name: str) -> Parameter | None:
         """The parameter of this name."""
@@ -73,11 +82,11 @@ def read_processes(ontology: Ontology) -> dict[str, Process]:
     """All processes by name.
 
     Raises:
-        OntologyRejected: A process has two parameters of one name, or two robot parameters.
+        OntologyRejected: A process has two parameters of one name.
     """
     problems: list[Problem] = []
     processes = {}
-    for kind in (Kind.ATOMIC_PROCESS, Kind.COMPOSITE_PROCESS):
+    for kind in (Kind.ATOMIC_PROCESS, Kind.COMPOSITE_PROCESS, Kind.SIMPLE_PROCESS):
         for name in ontology.individuals(kind):
             process = Process(
                 name=name,
@@ -88,8 +97,6 @@ def read_processes(ontology: Ontology) -> dict[str, Process]:
             names = [p.name for p in process.parameters]
             for twice in sorted({n for n in names if names.count(n) > 1}):
                 problems.append(ontology.problem("KB111", name, f"has two parameters named {twice!r}; rename one"))
-            if sum(p.role is Role.ROBOT for p in process.parameters) > 1:
-                problems.append(ontology.problem("KB113", name, "has two robot parameters; one robot does a process"))
     if problems:
         raise OntologyRejected(problems)
     return processes

@@ -30,7 +30,13 @@ _load_facts = Entry(search_path="kb_rules", file="facts", name="load_facts")
 _drop_facts = Entry(search_path="kb_rules", file="facts", name="drop_facts")
 _tell = Entry(search_path="kb_rules", file="facts", name="tell")
 _revisions = itertools.count(1)
-_POSITIVE = (Property.RADIUS_M, Property.MAX_VEL_LIN_MPS, Property.MAX_VEL_ANG_RADPS)
+_POSITIVE = (
+    Property.RADIUS_M,
+    Property.MAX_VEL_LIN_MPS,
+    Property.MAX_VEL_ANG_RADPS,
+    Property.ENERGY_J,
+    Property.POWER_W,
+)
 
 
 class UnknownSite(KnowledgeError, LookupError):
@@ -98,13 +104,20 @@ class KnowledgeBase:
         _require_one_estimate(self._ontology, estimates)
         self._travel_estimates = tuple(sorted(set(estimates.values()), key=str))
         requests = {g.name: g.request for g in self._groundings.values()} | {n: e.request for n, e in estimates.items()}
-        _require_values(self._ontology, requests)
+        robots = {g.name: {p.name for p in self._processes[g.process].robots} for g in self._groundings.values()}
+        robots |= {n: {self._traveling_robot(n)} for n in estimates}
+        _require_values(self._ontology, requests, robots)
         self._compiler = Compiler(self._ontology, self._processes)
         self._revision = next(_revisions)
         _load_facts(list(self._compiler.facts(self._revision)))
         names = fluent_properties(self._ontology)
         self._fluents = {(p, s): v for p, s, v in self._ontology.all_values() if p in names}
         self._state = 0
+
+    def _traveling_robot(self, duration: str) -> str:
+        """The name of the parameter that a travel duration is about."""
+        parameter = self._ontology.value(Property.TRAVELING_ROBOT, duration)
+        return str(self._ontology.value(Property.PARAMETER_NAME, str(parameter)))
 
     def snapshot(self) -> Snapshot:
         """What is known now."""
@@ -173,8 +186,37 @@ def _not_positive(ontology: Ontology, robot: str) -> list[Problem]:
     ]
 
 
-def _require_values(ontology: Ontology, requests: Mapping[str, tuple[Field, ...]]) -> None:
-    """Robots must state what requests say of them, and what can be; files must be there. Requests by who makes them."""
+def _half_a_battery(ontology: Ontology, robot: str) -> list[Problem]:
+    """Energy without power, or power without energy: how long the robot can work is not known."""
+    pair = (Property.ENERGY_J, Property.POWER_W)
+    lacking = [prop for prop in pair if ontology.value(prop, robot) is None]
+    if len(lacking) != 1:
+        return []
+    [given] = set(pair) - set(lacking)
+    told = (
+        f"of the class {ontology.kind_of(robot)} has {given}, but no {lacking[0]}; give both, or none: it can work for"
+    )
+    return [ontology.problem("KB133", robot, f"{told} energy_J / power_W seconds")]
+
+
+def _no_room(ontology: Ontology) -> list[Problem]:
+    """Resources that nothing could ever use."""
+    return [
+        ontology.problem("KB134", name, f"has the capacity {value}; it must be a whole number above 0")
+        for prop, name, value in ontology.all_values()
+        if prop == Property.CAPACITY and (not isinstance(value, int) or value < 1)
+    ]
+
+
+def _require_values(
+    ontology: Ontology, requests: Mapping[str, tuple[Field, ...]], robots: Mapping[str, set[str]]
+) -> None:
+    """Robots must state what requests say of them, and what can be; files must be there.
+
+    Args:
+        requests: By who makes them.
+        robots: The names of those of their parameters that stand for robots.
+    """
     problems: list[Problem] = []
     for name, request in requests.items():
         for field in request:
@@ -182,13 +224,14 @@ def _require_values(ontology: Ontology, requests: Mapping[str, tuple[Field, ...]
                 problems.append(ontology.problem("KB125", name, f"names the file {field.file}, which does not exist"))
     if problems:
         raise OntologyRejected(problems)
+    problems = _no_room(ontology)
     for robot in ontology.individuals(Kind.ROBOT):
-        problems += _not_positive(ontology, robot)
+        problems += [*_not_positive(ontology, robot), *_half_a_battery(ontology, robot)]
         for name, request in requests.items():
             for field in request:
                 lacks = (
                     field.of_property
-                    and field.parameter == "robot"
+                    and field.parameter in robots[name]
                     and ontology.value(field.of_property, robot) is None
                 )
                 if lacks:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import TypeAlias, Union
+from typing import Any, TypeAlias, Union
 
 _UNQUOTED = re.compile(r"[a-z][A-Za-z0-9_]*\Z")
 
@@ -86,6 +86,21 @@ def _escape(character: str) -> str:
     return f"\\x{ord(character):x}\\"
 
 
+def read_term(told: Any) -> Term:
+    """The term that Prolog tells as JSON: {"f": functor, "a": arguments}, {"v": number} for a variable."""
+    match told:
+        case {"f": functor, "a": arguments}:
+            return Struct(functor, tuple(map(read_term, arguments)))
+        case {"v": number}:
+            return Var(f"V{number}")
+        case list():
+            return [read_term(t) for t in told]
+        case str() | int() | float():
+            return told
+        case _:
+            raise ValueError(f"no term: {told!r}")
+
+
 @dataclass(frozen=True, slots=True)
 class Data:
     """A message that only the executive holds, by the place where it is kept."""
@@ -124,13 +139,18 @@ class Action:
 
     Attributes:
         id: Names the step within its task; the same step of a loop has the same id every time.
-        robot: Who does it; None for what needs no robot.
+        robots: Who does it, together, the one that travels first; none for what needs no robot.
     """
 
     id: str
     process: str
-    robot: str | None
+    robots: tuple[str, ...]
     arguments: tuple[Argument, ...]
+
+    @property
+    def robot(self) -> str | None:
+        """Who does it, or the first of several; None for what needs no robot."""
+        return next(iter(self.robots), None)
 
     def argument(self, name: str) -> Value | None:
         """The value of a parameter."""

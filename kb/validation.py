@@ -20,6 +20,15 @@ from kb.vocabulary import CORE, Kind, Property
 
 _SHAPES = Path(__file__).resolve().parent / "shapes.ttl"
 _IRI = re.compile(r"http://\S+#(\S+)")
+_REMARKS = {
+    RDFS.seeAlso,
+    RDFS.isDefinedBy,
+    OWL.imports,
+    OWL.versionIRI,
+    OWL.priorVersion,
+    OWL.backwardCompatibleWith,
+    OWL.incompatibleWith,
+}
 _KNOWN_DATATYPES = {XSD.string, XSD.boolean, XSD.integer, XSD.double, XSD.anyURI}
 
 
@@ -33,35 +42,54 @@ def check(files: OntologyFiles) -> list[Problem]:
         *_two_values(files, graph),
         *_step_numbers(files, graph),
         *_fields(files, graph),
+        *_stated_values(files, graph),
         *_shapes(files, graph),
     ]
 
 
 def _unknown_terms(files: OntologyFiles, graph: Graph) -> list[Problem]:
-    own = {file.iri + "#" for file in files.files}
     declared = {str(s) for s in graph.subjects(RDF.type) if isinstance(s, URIRef)}
+    annotations = {p for p in graph.subjects(RDF.type, OWL.AnnotationProperty) if not str(p).startswith(CORE)}
     problems = []
     for file in files.files:
         unknown: dict[str, str] = {}
         for subject, predicate, value in file.graph:
-            for node in (predicate, value):
+            # What a remark links to may be anywhere.
+            for node in (predicate,) if predicate in annotations | _REMARKS else (predicate, value):
                 iri = str(node)
-                if isinstance(node, URIRef) and iri not in declared and any(iri.startswith(ns) for ns in own):
+                if isinstance(node, URIRef) and iri not in declared and not _is_standard(node):
                     user = _named(file, subject)
                     unknown[iri] = min(user, unknown.get(iri, user))
         for iri, user in sorted(unknown.items()):
-            near = difflib.get_close_matches(local_name(iri), sorted(map(local_name, declared)), n=1)
-            hint = f"; did you mean {near[0]}?" if near else "; declare it, or use a term that is"
             problems.append(
                 Problem(
                     code="KB011",
                     file=file.path,
                     line=file.line_of(user),
                     entity=local_name(user),
-                    message=f"uses {local_name(iri)}, which is declared nowhere{hint}",
+                    message=_unknown(iri, declared),
                 )
             )
     return problems
+
+
+def _is_standard(node: URIRef) -> bool:
+    """Whether RDF or OWL itself defines a term; of other vocabularies of the W3C, all are taken for right."""
+    for namespace in (RDF, RDFS, OWL, XSD):
+        if node.startswith(str(namespace)):
+            return node in namespace or node.startswith(str(RDF) + "_")
+    return node.startswith("http://www.w3.org/")
+
+
+def _unknown(iri: str, declared: set[str]) -> str:
+    """What to say of a term that nothing declares."""
+    name = local_name(iri)
+    namesakes = sorted(d for d in declared if local_name(d) == name)
+    if namesakes:
+        return f"uses <{iri}>, which is declared nowhere; did you mean <{namesakes[0]}>?"
+    near = difflib.get_close_matches(name, sorted(map(local_name, declared)), n=1)
+    hint = f"did you mean {near[0]}?" if near else "declare it, or use a term that is"
+    return f"uses {name}, which is declared nowhere; {hint}"
 
 
 def _named(file: OntologyFile, node: Node) -> str:
@@ -137,9 +165,10 @@ def _two_values(files: OntologyFiles, graph: Graph) -> list[Problem]:
 
 
 def _step_numbers(files: OntologyFiles, graph: Graph) -> list[Problem]:
-    """Each step of a sequence has a number, and no two the same."""
+    """Each step of a sequence, and of what is prioritized, has a number, and no two the same."""
     problems = []
-    for sequence in graph.subjects(RDF.type, _term(Kind.SEQUENCE)):
+    ordered = [s for kind in (Kind.SEQUENCE, Kind.PRIORITIZED) for s in graph.subjects(RDF.type, _term(kind))]
+    for sequence in ordered:
         numbered: dict[Node, str] = {}
         for step in sorted(map(str, graph.objects(sequence, _term(Property.HAS_STEP)))):
             number, name = graph.value(URIRef(step), _term(Property.STEP_NUMBER)), local_name(step)
@@ -169,6 +198,26 @@ def _fields(files: OntologyFiles, graph: Graph) -> list[Problem]:
             for p in outputs - {p for f, p in mapped if f in replies}
         ]
         problems += [files.problem("KB122", str(grounding), message) for message in told]
+    return problems
+
+
+def _stated_values(files: OntologyFiles, graph: Graph) -> list[Problem]:
+    """What a condition or effect states is of the datatype of its property: 1 is not 1.0 to the planner."""
+    problems = []
+    for subject, value in graph.subject_objects(_term(Property.HAS_VALUE)):
+        prop = graph.value(subject, _term(Property.OF_PROPERTY))
+        if prop is None or (subject, RDF.type, _term(Kind.COMPARE)) in graph:
+            continue
+        stated = value.datatype or XSD.string if isinstance(value, Literal) else None
+        wanted = graph.value(prop, RDFS.range)
+        if (prop, RDF.type, OWL.ObjectProperty) in graph:
+            right = "a property of individuals: use objectParameter"
+        elif wanted in _KNOWN_DATATYPES and stated != wanted:
+            right = f"a property of datatype {local_name(str(wanted))}: give it such a value"
+        else:
+            continue
+        told = f"states the value {str(value)!r} for {local_name(str(prop))}, {right}"
+        problems.append(files.problem("KB144", str(subject), told))
     return problems
 
 

@@ -6,41 +6,54 @@ times come from a function that the caller passes in.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any, TypeAlias
 
-from kb.prolog import Entry, PrologError
+from kb.prolog import Entry
 from kb.store import Snapshot
-from kb.terms import Action, Argument, Data, Fluent, Struct, Term, Value, struct
+from kb.terms import Action, Argument, Data, Fluent, Struct, Term, Value, read_term, struct
 from planner.errors import InvalidPlan
-from planner.plan import Plan, PlannedStep, PlanStatus
-from planner.validate import CannotCheck, violations
+from planner.making import MS_PER_S, Making, TravelSeconds, travel_tables
+from planner.network import Travel, read_network
+from planner.plan import Plan, PlannedStep
+from planner.validate import Start, beginning, violations
 
-HERE = "here"
-"""Where a robot is when the plan is made."""
+EFFORT = 5.0
+"""Budget of the optimizer, in deterministic seconds."""
 
-MAX_NODES = 30_000
-"""Search budget: configurations, not seconds, so that the same request has the same answer everywhere."""
+_INFERENCES = 100_000_000
+"""Budget of the proof in Prolog alone."""
 
-TravelTimes: TypeAlias = Callable[[Mapping[str, Sequence[str]]], Mapping[tuple[str, str, str], float]]
-"""Robots and the locations each may travel to -> seconds by (robot, from, to); from `here` and from each
-location; what can't be reached is left out."""
-
-_MS_PER_S = 1000
-
-
-def _entry(name: str) -> Entry:
-    return Entry(search_path="planner_golog", file="steps", name=name)
+TravelTimes: TypeAlias = Callable[[Sequence[str], Sequence[str]], Travel]
+"""Robots and places -> how long each robot travels from where it is, and from each place, to each place."""
 
 
-_open_session = _entry("open_session")
-_close_session = _entry("close_session")
-_needed_travels = _entry("needed_travels")
-_make_plan = _entry("make_plan")
-_next_actions = _entry("next_actions")
-_report = _entry("report")
-_retry = _entry("retry")
+class Solver(StrEnum):
+    """What makes plans; Golog decides in any case whether they are executions."""
+
+    OPTIMIZER = "optimizer"
+    """Run tables and constraint solver where the program has a task network, else the exact search."""
+    PROLOG = "prolog"
+    """Run tables and exact search in Prolog alone."""
+
+
+def _entry(file: str, name: str) -> Entry:
+    return Entry(search_path="planner_golog", file=file, name=name)
+
+
+_open_session = _entry("steps", "open_session")
+_close_session = _entry("steps", "close_session")
+_next_actions = _entry("steps", "next_actions")
+_report = _entry("steps", "report")
+_retry = _entry("steps", "retry")
+_observe = _entry("steps", "observe")
+_needed_travels = _entry("planning", "needed_travels")
+_look_ahead = _entry("planning", "look_ahead")
+_cover_plan = _entry("planning", "cover_plan")
+_task_network = _entry("planning", "task_network")
+_outset = _entry("outset", "outset")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +86,14 @@ class Told:
     value: Value
 
 
-StepEvent: TypeAlias = Started | Begun | Ended | Told
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Abandoned:
+    """A running primitive action is no longer wanted, as the world has changed: stop it, forget its outcome."""
+
+    action: Action
+
+
+StepEvent: TypeAlias = Started | Begun | Ended | Told | Abandoned
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,11 +103,13 @@ class Progress:
     Attributes:
         done: Nothing remains of the program.
         running: How many actions are running now.
+        replan: The plan goes no further, or was made for something else than what is so now: plan again.
     """
 
     events: tuple[StepEvent, ...]
     done: bool
     running: int
+    replan: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +125,14 @@ class Session:
     """One request in the planner; close it when the task has ended."""
 
     def __init__(
-        self, key: str, snapshot: Snapshot, process: str, arguments: Mapping[str, str], *, robots: int
+        self,
+        key: str,
+        snapshot: Snapshot,
+        process: str,
+        arguments: Mapping[str, str],
+        *,
+        robots: int,
+        now_s: float = 0.0,
     ) -> None:
         """Begin with nothing done.
 
@@ -112,14 +141,16 @@ class Session:
             process: The process that accomplishes the task.
             arguments: Individuals by the names of its inputs.
             robots: At most so many robots take part.
+            now_s: When the request begins: its deadlines count from here.
         """
         self._key = key
+        self._began_s = now_s
         self._snapshot = snapshot
         self._process = process
         self._arguments = arguments
         self._robots = robots
         head = self._head()
-        _open_session(struct("request", key, snapshot.revision, head, robots, 0))
+        _open_session(struct("request", key, snapshot.revision, head, robots, round(now_s * MS_PER_S)))
         self._from_start = True
 
     def _head(self) -> Term:
@@ -134,68 +165,83 @@ class Session:
         """Robots that are no use for some step, with the capability that each lacks."""
         return [Exclusion(**excluded) for excluded in _needed_travels(self._key)["excluded"]]
 
-    def plan(self, travel_times: TravelTimes, *, now_s: float) -> Plan:
-        """Find the plan of least makespan for what remains, from where the robots are now.
+    def plan(self, travel_times: TravelTimes, *, now_s: float, effort: float = EFFORT) -> Plan:
+        """The best plan that `plans` finds."""
+        *_, last = self.plans(travel_times, now_s=now_s, effort=effort)
+        return last
+
+    def plans(
+        self,
+        travel_times: TravelTimes,
+        *,
+        now_s: float,
+        effort: float = EFFORT,
+        stop: Callable[[], bool] = lambda: False,
+        solver: Solver = Solver.OPTIMIZER,
+    ) -> Iterator[Plan]:
+        """Plans of ever smaller makespan or higher lower bound for what remains, from where the robots are now.
+
+        Each has been executed as a Golog program and accepted by the independent checker. The last one is the best
+        there is within the budget; there is always at least one, which may say that there is no plan. The one yielded
+        last guides the session from the next `next_actions` on.
+
+        Args:
+            effort: Budget of the optimizer, in deterministic seconds: the same request has the same answer everywhere.
+            stop: Asked often; true: take the best so far.
 
         Raises:
-            InvalidPlan: The plan found is none; our mistake.
+            InvalidPlan: A plan found is none; our mistake.
         """
-        goals: dict[str, list[str]] = {}
-        for travel in _needed_travels(self._key)["travels"]:
-            goals.setdefault(travel["robot"], []).append(travel["to"])
-        times = dict(travel_times(goals)) if goals else {}
-        table: list[Term] = [
-            struct("travel", robot, origin, goal, round(seconds * _MS_PER_S))
-            for (robot, origin, goal), seconds in sorted(times.items())
-        ]
-        try:
-            answer = _make_plan(struct("plan", self._key, round(now_s * _MS_PER_S), table, MAX_NODES))
-        except PrologError as error:
-            if error.formal[0] != "depends_on_sensing":
-                raise
-            return self._unsupported("it decides on what only acting finds out", now_s)
-        plan = self._read_plan(answer, now_s)
-        if plan.solved:
-            try:
-                found = self._violations(plan, times, answer["under_way"])
-            except CannotCheck as cannot:
-                return self._unsupported(str(cannot), now_s)
-            if found:
-                raise InvalidPlan(found)
+        needed = _needed_travels(self._key)
+        travel = travel_times(needed["robots"], needed["places"])
+        _look_ahead(struct("ahead", self._key, round(now_s * MS_PER_S), travel_tables(travel)))
+        start, seconds = self._start(), TravelSeconds(travel)
+        making = Making(
+            self._key, now_s=now_s, steps=self._steps, checked=lambda plan: self._checked(plan, start, seconds)
+        )
+        if solver is Solver.PROLOG:
+            found = making.answered(_cover_plan(struct("cover", self._key, _INFERENCES)), "run tables in Prolog")
+            yield making.searched() if found is None or not found.decided else found
+            return
+        answer = _task_network(self._key)
+        if "root" not in answer:
+            yield making.impossible() if "none" in answer else making.searched()
+            return
+        network = read_network(answer, travel)
+        yield from making.optimized(network, effort, stop)
+
+    def _checked(self, plan: Plan, start: Start, travel_times: Mapping[tuple[str, str, str], float]) -> Plan:
+        program = self._snapshot.program(self._process)
+        found = violations(plan, self._snapshot, program, start, robots=self._robots, travel_times=travel_times)
+        if found:
+            raise InvalidPlan(found)
         return plan
 
-    def _violations(
-        self, plan: Plan, times: Mapping[tuple[str, str, str], float], under_way: Sequence[str]
-    ) -> list[str]:
-        return violations(
-            plan,
-            self._snapshot,
-            self._snapshot.program(self._process),
-            self._head(),
-            key=self._key,
-            robots=self._robots,
-            travel_times=times,
-            from_start=self._from_start,
-            under_way=frozenset(under_way),
+    def _start(self) -> Start:
+        """What a plan begins with, for the checker."""
+        if self._from_start:
+            return beginning(self._key, self._head(), self._began_s)
+        told = _outset(self._key)
+        running = tuple(
+            PlannedStep(action=self._action(row), start_s=0.0, end_s=end / MS_PER_S) for end, *row in told["running"]
         )
-
-    def _unsupported(self, why: str, now_s: float) -> Plan:
-        return Plan(
-            status=PlanStatus.UNSUPPORTED,
-            made_at_s=now_s,
-            makespan_s=0.0,
-            lower_bound_s=0.0,
-            steps=(),
-            choices={},
-            nodes=0,
-            reason=f"{self._process} cannot be looked ahead: {why}; "
-            "give the composite process that does so a hasDurationModel, so that it is planned as one step",
+        return Start(
+            remaining=read_term(told["program"]),
+            began_s=told["began"] / MS_PER_S,
+            fluents={(prop, subject): read_term(value) for prop, subject, value in told["fluents"]},
+            truths={place: value is True for place, value in told["truths"]},
+            running=running,
+            held=dict(told["held"]),
+            claimed={resource: tuple(ids) for resource, ids in told["claimed"]},
+            team=frozenset(told["team"]),
+            worked_ms=dict(told["worked"]),
+            excluded=frozenset((pick, individual) for pick, individual in told["excluded"]),
         )
 
     def next_actions(self, *, now_s: float) -> Progress:
         """Start all that may start now."""
         self._from_start = False
-        return self._progress(_next_actions(struct("next", self._key, round(now_s * _MS_PER_S))))
+        return self._progress(_next_actions(struct("next", self._key, round(now_s * MS_PER_S))))
 
     def succeeded(self, action: Action, truths: Mapping[str, bool], *, now_s: float) -> Progress:
         """Report that an action has succeeded; start all that may start now.
@@ -206,7 +252,11 @@ class Session:
         values: list[Term] = [
             struct("-", _location(action.argument(name)), value) for name, value in sorted(truths.items())
         ]
-        return self._progress(_report(struct("done", self._key, round(now_s * _MS_PER_S), action.id, values)))
+        return self._progress(_report(struct("done", self._key, round(now_s * MS_PER_S), action.id, values)))
+
+    def observed(self, prop: str, subject: str, value: str | int | float | bool, *, now_s: float) -> Progress:
+        """Tell of a change that no action of this request made; start all that may start now."""
+        return self._progress(_observe(struct("changed", self._key, round(now_s * MS_PER_S), prop, subject, value)))
 
     def failed(self, action: Action, *, now_s: float) -> str | None:
         """Report that an action has failed.
@@ -215,34 +265,23 @@ class Session:
             The individual (the robot, as a rule) that is chosen no more where it had been chosen; None if
             the program leaves no other choice. Plan again before going on.
         """
-        answer = _retry(struct("failed", self._key, round(now_s * _MS_PER_S), action.id))
+        answer = _retry(struct("failed", self._key, round(now_s * MS_PER_S), action.id))
         return str(answer["excluded"]) if answer["retry"] else None
 
     def close(self) -> None:
         """Forget the session."""
         _close_session(self._key)
 
-    def _read_plan(self, answer: Mapping[str, Any], now_s: float) -> Plan:
-        status = PlanStatus(answer["status"].upper())
+    def _steps(self, rows: Sequence[Sequence[Any]]) -> tuple[PlannedStep, ...]:
         steps = [
-            PlannedStep(action=self._action(action), start_s=start / _MS_PER_S, end_s=end / _MS_PER_S)
-            for start, end, *action in answer.get("steps", ())
+            PlannedStep(action=self._action(action), start_s=start / MS_PER_S, end_s=end / MS_PER_S)
+            for start, end, *action in rows
         ]
-        makespan_s, bound_s = answer.get("makespan", 0) / _MS_PER_S, answer.get("bound", 0) / _MS_PER_S
-        return Plan(
-            status=status,
-            made_at_s=now_s,
-            makespan_s=makespan_s,
-            lower_bound_s=bound_s,
-            steps=tuple(sorted(steps, key=lambda s: (s.start_s, s.action.robot or "", s.end_s))),
-            choices={choice["id"]: choice["chosen"] for choice in answer.get("choices", ())},
-            nodes=answer["nodes"],
-            reason=_reason(status, makespan_s, bound_s, answer["nodes"]),
-        )
+        return tuple(sorted(steps, key=lambda s: (s.start_s, s.action.robot or "", s.end_s)))
 
     def _progress(self, answer: Mapping[str, Any]) -> Progress:
         events = tuple(self._event(*row) for row in answer["events"])
-        return Progress(events=events, done=answer["done"], running=answer["running"])
+        return Progress(events=events, done=answer["done"], running=answer["running"], replan=answer["replan"])
 
     def _event(self, kind: str, *row: Any) -> StepEvent:
         match kind:
@@ -252,17 +291,19 @@ class Session:
                 return Begun(action=self._action(row))
             case "ended":
                 return Ended(action=self._action(row))
+            case "abandoned":
+                return Abandoned(action=self._action(row))
             case _:
                 prop, subject, value = row
                 return Told(prop=prop, subject=subject, value=_value(value))
 
     def _action(self, row: Sequence[Any]) -> Action:
-        action_id, robot, process, *values = row
+        action_id, robots, process, *values = row
         parameters = self._snapshot.processes[process].arguments
         return Action(
             id=action_id,
             process=process,
-            robot=None if robot == "none" else robot,
+            robots=tuple(robots),
             arguments=tuple(
                 Argument(role=p.role.value, name=p.name, value=_value(value))
                 for p, value in zip(parameters, values, strict=True)
@@ -274,27 +315,6 @@ def _location(value: Value | None) -> Term:
     assert isinstance(value, Data), f"an output without a place: {value}"
     frame, _, name = value.place.rpartition("/")
     return struct("loc", frame, name)
-
-
-def _reason(status: PlanStatus, makespan_s: float, bound_s: float, nodes: int) -> str:
-    match status:
-        case PlanStatus.SOLVED_OPTIMALLY:
-            return (
-                f"makespan {makespan_s:.3f} s is the least: every other execution takes at least {bound_s:.3f} s "
-                f"(best-first search, {nodes} configurations)"
-            )
-        case PlanStatus.SOLVED_SATISFICING:
-            gap = (makespan_s - bound_s) / makespan_s if makespan_s else 0.0
-            return (
-                f"makespan {makespan_s:.3f} s; no execution takes less than {bound_s:.3f} s (gap {gap:.0%}); "
-                f"the search ended at its budget of {nodes} configurations"
-            )
-        case PlanStatus.UNSOLVABLE_PROVEN:
-            return f"the program has no execution ({nodes} configurations, all looked into)"
-        case PlanStatus.UNSOLVABLE_INCOMPLETELY:
-            return f"no execution was found within the budget of {nodes} configurations"
-        case PlanStatus.UNSUPPORTED:
-            return "the program cannot be looked ahead"
 
 
 def _value(row: Any) -> Value:

@@ -11,7 +11,10 @@
             duration/3,                 % ?Revision, ?Head, ?Duration
             requires/3,                 % ?Revision, ?Name, ?Capability
             agent/3,                    % ?Revision, ?Head, ?Robot
-            keeps_robot/2               % ?Revision, ?Name
+            keeps_robot/2,              % ?Revision, ?Name
+            claims/3,                   % ?Revision, ?Head, ?Resource
+            odds/3,                     % ?Revision, ?Name, ?Odds
+            parameter/4                 % ?Revision, ?Head, ?Variable, ?Class
           ]).
 
 /** <module> The facts of the knowledge base, by revision
@@ -23,13 +26,22 @@ processes are terms `Name(Argument, ...)` with the arguments in the order of the
   - definition(R, Head, Frame, Body): Body is the Golog program of a composite process; Frame stands
     for the invocation, so that its locals are told apart from those of other invocations.
   - duration(R, Head, Duration): `fixed(Milliseconds)` or `travel(Robot, Location, Milliseconds)`.
+  - agent(R, Head, Robot): one for each robot that does the process, in order of parameter number; the
+    first is the one that travels.
+  - claims(R, Head, Resource): from its first step to its end the process uses the resource, which
+    value(R, capacity, Resource, N) processes can do at once; one where there is no such value.
+  - odds(R, Name, Odds): the process, which is one step, succeeds with this probability, in (0, 1].
   - keeps_robot(R, Name): a robot that does this composite process does nothing else meanwhile.
+  - agent(R, Head, Robot): a robot that does it; several do it together, the one that travels first.
+  - claims(R, Head, Resource): nobody else uses the resource meanwhile (as far as its capacity goes).
+  - odds(R, Name, Odds): how probable it is that the process succeeds, above 0 and at most 1.
+  - parameter(R, Head, Variable, Class): a parameter of the process is an individual of Class.
   - fluent(R, Property, Subject, Value): what changes, as last told.
 */
 
 :- dynamic
     kind/3, value/4, fluent/4, definition/4, precondition/3, effect/4, duration/3, requires/3,
-    agent/3, keeps_robot/2.
+    agent/3, keeps_robot/2, claims/3, odds/3, parameter/4.
 
 %!  load_facts(+Facts:list, -Dict) is det.
 %
@@ -49,7 +61,8 @@ fact(Fact) :-
 exported(kind/3).       exported(value/4).        exported(fluent/4).
 exported(definition/4). exported(precondition/3). exported(effect/4).
 exported(duration/3).   exported(requires/3).     exported(agent/3).
-exported(keeps_robot/2).
+exported(keeps_robot/2). exported(claims/3).       exported(odds/3).
+exported(parameter/4).
 
 %!  drop_facts(+Revision, -Dict) is det.
 

@@ -4,33 +4,31 @@
             revision/2,                 % +Situation, -Revision
             mode/2,                     % +Situation, -Mode
             limit/2,                    % +Situation, -Limit
+            began/2,                    % +Situation, -Milliseconds
+            running/2,                  % +Situation, -Runs
+            team/2,                     % +Situation, -Agents
+            log/2,                      % +Situation, -Newest first
+            ahead/2,                    % +Situation, -Travel
             with_mode/3,                % +Situation, +Mode, -Situation
             at_time/3,                  % +Situation, +Milliseconds, -Situation
-            running/2,                  % +Situation, -Runs
-            log/2,                      % +Situation, -Newest first
+            with_runs/3,                % +Situation, +Runs, -Situation
+            with_team/3,                % +Situation, +Agents, -Situation
             take_log/3,                 % +Situation, -Oldest first, -Situation
             note/3,                     % +Event, +Situation, -Situation
+            progressed/2,               % +Situation, -Key
             holds/2,                    % +Condition, +Situation
+            asked/3,                    % +Condition, +Situation, -Answer
             fluent_value/4,             % +Property, ?Subject, ?Value, +Situation
+            known/3,                    % +Key, -Value, +Situation
+            known_pair/3,               % +Situation, ?Key, -Value
             set_value/4,                % +Property, +Subject, -Value, +Situation
             forget/4,                   % +Property, +Subject, +Situation, -Situation
+            drop/3,                     % +Key, +Situation, -Situation
             member_of/3,                % +Class, -Individual, +Situation
-            set_data/4,                 % +Location, +Value, +Situation, -Situation
+            set_data/4,                 % +Key, +Value, +Situation, -Situation
             apply_effects/3,            % +Head, +Situation, -Situation
-            agent_of/3,                 % +Head, -Agent, +Situation
-            may_begin/4,                % +Id, +Head, -Agent, +Situation
-            permitted/2,                % +Head, +Situation
-            idle/2,                     % +Agent, +Situation
-            start/6,                    % +Id, +Head, +Agent, +Milliseconds, +Situation, -Situation
-            hold_robot/5,               % +Head, +Agent, +Id, +Situation, -Situation
-            release_robot/4,            % +Agent, +Id, +Situation, -Situation
-            stop/3,                     % +Id, +Situation, -Situation
-            catch_up/2,                 % +Situation, -Situation
-            next_end/2,                 % +Situation, -Milliseconds
             exclude/4,                  % +PickId, +Individual, +Situation, -Situation
-            excluded/3,                 % +PickId, +Individual, +Situation
-            travel_time/5,              % +Robot, +From, +To, -Milliseconds, +Situation
-            progressed/2                % +Situation, -Key
+            excluded/3                  % +PickId, +Individual, +Situation
           ]).
 
 /** <module> Situations: what holds after the actions done so far
@@ -42,38 +40,54 @@ Situation Calculus", 2008, ch. 4): a durative action runs from its start to its 
 does one at a time, different agents act truly concurrently. All times are integer milliseconds.
 
     s(Fixed, Now, Fluents, Runs, Team, Log)
-      Fixed    fixed(Revision, Mode, Limit): no action changes it
-      Fluents  AVL tree: Property-Subject -> Value, loc(Frame,Name) -> Value, excluded(Pick,X) -> true
-      Runs     [run(End, Agent, Id, Head)], ordered: the durative steps that are running
+      Fixed    fixed(Revision, Mode, Limit, Began): no action changes it; the request began at Began
+      Fluents  AVL tree of what differs from the knowledge base:
+               Property-Subject -> Value, loc(Frame,Name) -> Value, excluded(Pick,X) -> true,
+               held-Robot -> Id, claimed(Resource) -> [Id, ...], worked(Robot) -> Milliseconds
+      Runs     [run(End, Agents, Id, Head)], ordered: the durative steps that are running
       Team     agents that have acted, ordered; at most Limit
       Log      newest first: what the last transitions did, for whoever takes it
 
-Mode is `plan(Travel)` (look ahead: a composite process with a duration model is one durative step;
-Travel holds its travel times) or `act(Guide)` (for real: it is expanded, as Guide chooses).
+Mode is one of
+    plan(Travel)           look ahead: every choice is open; a composite process with a duration model is
+                           one durative step; Travel holds the travel times (planner_travel)
+    replay(Travel, Guide)  look ahead along what Guide says (planner_guide)
+    act(Guide)             for real: composite processes are expanded, choices are as Guide says
 */
 
 :- use_module(library(assoc)).
 :- use_module(library(ordsets)).
 :- use_module(library(lists)).
-:- use_module(kb_rules(facts), [kind/3, value/4, fluent/4, effect/4, agent/3, precondition/3, keeps_robot/2]).
-:- use_module(kb_rules(capability), [capable/3]).
+:- use_module(kb_rules(facts), [kind/3, value/4, fluent/4, effect/4]).
 
 %!  situation(+Revision, +Mode, +Limit:integer, +Now:integer, -Situation) is det.
 %
 %   The initial situation S0 of a request: what the knowledge base says, nothing done.
 
-situation(Revision, Mode, Limit, Now, s(fixed(Revision, Mode, Limit), Now, Fluents, [], [], [])) :-
+situation(Revision, Mode, Limit, Now, s(fixed(Revision, Mode, Limit, Now), Now, Fluents, [], [], [])) :-
     empty_assoc(Fluents).
 
 now(s(_, Now, _, _, _, _), Now).
-revision(s(fixed(Revision, _, _), _, _, _, _, _), Revision).
-mode(s(fixed(_, Mode, _), _, _, _, _, _), Mode).
-limit(s(fixed(_, _, Limit), _, _, _, _, _), Limit).
+revision(s(fixed(Revision, _, _, _), _, _, _, _, _), Revision).
+mode(s(fixed(_, Mode, _, _), _, _, _, _, _), Mode).
+limit(s(fixed(_, _, Limit, _), _, _, _, _, _), Limit).
+began(s(fixed(_, _, _, Began), _, _, _, _, _), Began).
 running(s(_, _, _, Runs, _, _), Runs).
+team(s(_, _, _, _, Team, _), Team).
 log(s(_, _, _, _, _, Log), Log).
 
-with_mode(s(fixed(R, _, L), N, F, Rs, T, G), Mode, s(fixed(R, Mode, L), N, F, Rs, T, G)).
+%!  ahead(+Situation, -Travel) is semidet.
+%
+%   We look ahead; nothing is done for real.
+
+ahead(S, Travel) :-
+    mode(S, Mode),
+    ( Mode = plan(Travel) -> true ; Mode = replay(Travel, _) ).
+
+with_mode(s(fixed(R, _, L, B), N, F, Rs, T, G), Mode, s(fixed(R, Mode, L, B), N, F, Rs, T, G)).
 at_time(s(Fixed, _, F, Rs, T, G), Now, s(Fixed, Now, F, Rs, T, G)).
+with_runs(s(Fixed, N, F, _, T, G), Runs, s(Fixed, N, F, Runs, T, G)).
+with_team(s(Fixed, N, F, Rs, _, G), Team, s(Fixed, N, F, Rs, Team, G)).
 take_log(s(Fixed, N, F, Rs, T, G), Events, s(Fixed, N, F, Rs, T, [])) :-
     reverse(G, Events).
 note(Event, s(Fixed, N, F, Rs, T, G), s(Fixed, N, F, Rs, T, [Event|G])).
@@ -89,11 +103,14 @@ progressed(s(_, Now, Fluents, Runs, Team, _), k(Now, Pairs, Runs, Team)) :-
 %
 %   Closed world: what is not known to hold does not. Unbound variables are existential; each
 %   solution binds them.
+%
+%   @error depends_on_sensing(Location) looking ahead: only acting finds out
 
 holds(all(Conditions), S) :- all_hold(Conditions, S).
 holds(any(Conditions), S) :- member(Condition, Conditions), holds(Condition, S).
 holds(not(Condition), S) :- \+ holds(Condition, S).
 holds(holds(Property, Subject, Object), S) :- fluent_value(Property, Subject, Object, S).
+holds(compare(Op, A, B), S) :- number_of(A, X, S), number_of(B, Y, S), compares(Op, X, Y).
 holds(is_true(Location), S) :- truth(Location, S).
 
 all_hold([], _).
@@ -101,13 +118,30 @@ all_hold([Condition|Conditions], S) :-
     holds(Condition, S),
     all_hold(Conditions, S).
 
-%   A value that only acting can find out cannot be looked ahead to.
-truth(Location, s(fixed(_, Mode, _), _, Fluents, _, _, _)) :-
-    (   get_assoc(Location, Fluents, Value)
+number_of(value(Property, Subject), Number, S) :- !, fluent_value(Property, Subject, Number, S), number(Number).
+number_of(Number, Number, _) :- number(Number).
+
+compares(less, X, Y) :- X < Y.
+compares(at_most, X, Y) :- X =< Y.
+compares(more, X, Y) :- X > Y.
+compares(at_least, X, Y) :- X >= Y.
+compares(equal, X, Y) :- X =:= Y.
+
+truth(Location, S) :-
+    (   known(Location, Value, S)
     ->  Value == true
-    ;   Mode = plan(_)
+    ;   ahead(S, _)
     ->  throw(error(depends_on_sensing(Location), _))
     ).
+
+%!  asked(+Condition, +Situation, -Answer) is det.
+%
+%   Answer is `yes`, `no` or, looking ahead, unknown(Location): only acting finds out. Binds nothing.
+
+asked(Condition, S, Answer) :-
+    catch(( \+ holds(Condition, S) -> Answer = no ; Answer = yes ),
+          error(depends_on_sensing(Location), _),
+          Answer = unknown(Location)).
 
 %!  fluent_value(+Property, ?Subject, ?Value, +Situation) is nondet.
 %
@@ -119,7 +153,7 @@ fluent_value(Property, Subject, Value, s(_, _, Fluents, _, _, _)) :-
     get_assoc(Property-Subject, Fluents, Now),
     !,
     Value = Now.
-fluent_value(Property, Subject, Value, s(fixed(Revision, _, _), _, Fluents, _, _, _)) :-
+fluent_value(Property, Subject, Value, s(fixed(Revision, _, _, _), _, Fluents, _, _, _)) :-
     (   fluent(Revision, Property, Subject, Value)
     ;   value(Revision, Property, Subject, Value)
     ),
@@ -132,17 +166,32 @@ fluent_value(Property, Subject, Value, s(_, _, Fluents, _, _, _)) :-
 %
 %   The value that an effect has set since the situation began.
 
-set_value(Property, Subject, Value, s(_, _, Fluents, _, _, _)) :-
-    get_assoc(Property-Subject, Fluents, Value).
+set_value(Property, Subject, Value, S) :-
+    known(Property-Subject, Value, S).
 
-forget(Property, Subject, s(Fixed, N, F, Rs, T, G), s(Fixed, N, F1, Rs, T, G)) :-
-    (   del_assoc(Property-Subject, F, _, F1) -> true ; F1 = F ).
+%!  known(+Key, -Value, +Situation) is semidet.
+%
+%   What stands under Key among what differs from the knowledge base.
+
+known(Key, Value, s(_, _, Fluents, _, _, _)) :-
+    get_assoc(Key, Fluents, Value).
+
+%!  known_pair(+Situation, ?Key, -Value) is nondet.
+
+known_pair(s(_, _, Fluents, _, _, _), Key, Value) :-
+    gen_assoc(Key, Fluents, Value).
+
+forget(Property, Subject, S0, S) :-
+    drop(Property-Subject, S0, S).
+
+drop(Key, s(Fixed, N, F, Rs, T, G), s(Fixed, N, F1, Rs, T, G)) :-
+    (   del_assoc(Key, F, _, F1) -> true ; F1 = F ).
 
 %!  member_of(+Class, -Individual, +Situation) is nondet.
 %
 %   The individuals of a class, in order of name, each once.
 
-member_of(Class, Individual, s(fixed(Revision, _, _), _, _, _, _, _)) :-
+member_of(Class, Individual, s(fixed(Revision, _, _, _), _, _, _, _, _)) :-
     (   var(Individual)
     ->  findall(X, kind(Revision, X, Class), Xs),
         sort(Xs, Sorted),
@@ -167,113 +216,8 @@ change((Property-Subject)-Value, S0, S) :-
     set_data(Property-Subject, Value, S0, S1),
     note(told(Property, Subject, Value), S1, S).
 
-%!  agent_of(+Head, -Agent, +Situation) is det.
-%
-%   The robot that a process is done by; `none` if it needs no robot.
-
-agent_of(Head, Agent, S) :-
-    revision(S, Revision),
-    (   agent(Revision, Head, Robot) -> Agent = Robot ; Agent = none ).
-
-%!  may_begin(+Id, +Head, -Agent, +Situation) is semidet.
-%
-%   Poss of a process, atomic or composite: its robot is capable and not kept by something else, and its
-%   preconditions hold.
-
-may_begin(Id, Head, Agent, S) :-
-    agent_of(Head, Agent, S),
-    (   Agent == none
-    ->  true
-    ;   free_for(Agent, Id, S),
-        functor(Head, Name, _),
-        revision(S, Revision),
-        capable(Revision, Name, Agent)
-    ),
-    permitted(Head, S).
-
-%!  permitted(+Head, +Situation) is semidet.
-%
-%   The preconditions of a process hold.
-
-permitted(Head, S) :-
-    revision(S, Revision),
-    \+ ( precondition(Revision, Head, Condition), \+ holds(Condition, S) ).
-
-%!  idle(+Agent, +Situation) is semidet.
-%
-%   The robot does nothing, and is in the team or may join it. What needs no robot is always idle.
-
-idle(none, _) :- !.
-idle(Agent, s(fixed(_, _, Limit), _, _, Runs, Team, _)) :-
-    \+ memberchk(run(_, Agent, _, _), Runs),
-    (   ord_memberchk(Agent, Team) -> true ; length(Team, Size), Size < Limit ).
-
-%!  start(+Id, +Head, +Agent, +Duration, +Situation, -Situation) is det.
-
-start(Id, Head, Agent, Duration, s(Fixed, Now, F, Runs, Team, G), s(Fixed, Now, F, Runs1, Team1, G)) :-
-    End is Now + Duration,
-    ord_add_element(Runs, run(End, Agent, Id, Head), Runs1),
-    (   Agent == none -> Team1 = Team ; ord_add_element(Team, Agent, Team1) ).
-
-%!  hold_robot(+Head, +Agent, +Id, +Situation, -Situation) is det.
-%
-%   A composite process that keeps its robot begins: until it ends, the robot does only its steps.
-
-hold_robot(Head, Agent, Id, S0, S) :-
-    revision(S0, Revision),
-    functor(Head, Name, _),
-    (   keeps_robot(Revision, Name), Agent \== none, \+ set_value(held, Agent, _, S0)
-    ->  set_data(held-Agent, Id, S0, S)
-    ;   S = S0
-    ).
-
-release_robot(Agent, Id, S0, S) :-
-    (   set_value(held, Agent, Id, S0) -> forget(held, Agent, S0, S) ; S = S0 ).
-
-%!  free_for(+Agent, +Id, +Situation) is semidet.
-%
-%   The step Id is part of what keeps the robot, if anything does.
-
-free_for(Agent, Id, S) :-
-    (   set_value(held, Agent, Holder, S)
-    ->  atom_concat(Holder, /, Prefix),
-        atom_concat(Prefix, _, Id)
-    ;   true
-    ).
-
-stop(Id, s(Fixed, Now, F, Runs, Team, G), s(Fixed, Now, F, Runs1, Team, G)) :-
-    exclude_run(Runs, Id, Runs1).
-
-%!  catch_up(+Situation, -Situation) is det.
-%
-%   What should have ended by now but is running still is expected to end now.
-
-catch_up(s(Fixed, Now, F, Runs, T, G), s(Fixed, Now, F, Runs1, T, G)) :-
-    findall(run(End, Agent, Id, Head),
-            ( member(run(End0, Agent, Id, Head), Runs), End is max(End0, Now) ),
-            Late),
-    sort(Late, Runs1).
-
-exclude_run([], _, []).
-exclude_run([run(E, A, I, H)|Runs], Id, Rest) :-
-    (   I == Id
-    ->  Rest = Runs
-    ;   Rest = [run(E, A, I, H)|Rest1],
-        exclude_run(Runs, Id, Rest1)
-    ).
-
-next_end(s(_, _, _, [run(End, _, _, _)|_], _, _), End).
-
 exclude(Pick, Individual, S0, S) :-
     set_data(excluded(Pick, Individual), true, S0, S).
 
-excluded(Pick, Individual, s(_, _, Fluents, _, _, _)) :-
-    get_assoc(excluded(Pick, Individual), Fluents, true).
-
-%!  travel_time(+Robot, ?From, +To, -Milliseconds, +Situation) is nondet.
-%
-%   From `here` (where the robot is when the plan is made) or from a location.
-
-travel_time(Robot, From, To, Milliseconds, s(fixed(_, plan(Travel), _), _, _, _, _, _)) :-
-    get_assoc(Robot-To, Travel, Times),
-    member(From-Milliseconds, Times).
+excluded(Pick, Individual, S) :-
+    known(excluded(Pick, Individual), true, S).

@@ -1,6 +1,5 @@
 :- module(planner_reduction,
-          [ independent/2,              % +Program, +Situation
-            moves/3,                    % +Program, +Situation, -Moves
+          [ moves/3,                    % +Program, +Situation, -Moves
             everyone/1,                 % -Idled
             worthwhile/4,               % +Moves, +Idled, -Move, -Idled
             asleep/2,                   % +Moves, -Idled
@@ -14,42 +13,16 @@ it can: moving it forward to when its robot was idle and could have begun it del
 time has passed, a step is not begun that could have been begun before (the sleep sets of Godefroid,
 "Partial-Order Methods", 1996); steps that begin at one moment begin in order of their robots' names;
 and a robot that a process keeps goes on with it at once. Each leaves an execution of least makespan and
-least robot time in place. Where steps depend on one another (see independent/2), none of this is done.
+least robot time in place; resources change nothing in this, as what begins earlier frees them earlier.
+Where steps depend on one another (see planner_influence:independent/2), none of this is done.
 
-A move is move(Start, Agent, Program, Situation), with Start the events that tell it from other moves.
+A move is move(Start, Agents, Program, Situation), with Start the events that tell it from other moves.
 */
 
 :- use_module(library(lists)).
-:- use_module(kb_rules(facts), [effect/4, kind/3, precondition/3]).
 :- use_module(planner_golog(projection)).
+:- use_module(planner_golog(actions)).
 :- use_module(planner_golog(transition)).
-:- use_module(planner_golog(outlook), [calls/3, reads/6]).
-
-%!  independent(+Program, +Situation) is semidet.
-%
-%   No step of Program changes a fluent that a condition, a precondition or an argument in it reads, nor
-%   where a robot is other than its own.
-
-independent(P, S) :-
-    calls(P, S, Heads),
-    \+ interferes(P, Heads, S).
-
-interferes(P, Heads, S) :-
-    revision(S, Revision),
-    member(Head, Heads),
-    effect(Revision, Head, fluent(Property, X), Value),
-    (   Property == locatedAt, kind(Revision, X, 'Robot'), agent_of(Head, Agent, S), Agent \== X
-    ;   read(P, Heads, S, Property, X, As),
-        \+ ( As == argument, nonvar(Value), Value = loc(_, _) )     % data decide nothing
-    ).
-
-read(P, _, S, Property, X, As) :- reads(P, [], S, Property, X, As).
-read(_, Heads, S, Property, X, As) :-
-    revision(S, Revision),
-    member(Head, Heads),
-    (   precondition(Revision, Head, Condition), reads(Condition, [], S, Property, X, As)
-    ;   \+ one_step(Head, _, S), expansion(read, Head, S, Body), reads(Body, [], S, Property, X, As)
-    ).
 
 %!  moves(+Program, +Situation, -Moves) is det.
 %
@@ -57,37 +30,38 @@ read(_, Heads, S, Property, X, As) :-
 
 moves(P, S, Moves) :-
     log(S, Old),
-    findall(move(Start, Agent, Q, T),
-            ( trans(P, S, Q, T), log(T, New), since(New, Old, [], Start, Agent) ),
+    findall(move(Start, Agents, Q, T),
+            ( trans(P, S, Q, T), log(T, New), since(New, Old, [], Start, Agents) ),
             Moves).
 
-%   The events since Old, oldest first, without times; the robot of the last.
-since(Log, Old, Start, Start, none) :- same_term(Log, Old), !.
-since([started(Id, Head, Agent, _, _)|Log], Old, Events, Start, Agent) :- !,
+%   The events since Old, oldest first, without times; the robots of the last step.
+since(Log, Old, Start, Start, []) :- same_term(Log, Old), !.
+since([started(Id, Head, Agents, _, _)|Log], Old, Events, Start, Agents) :- !,
     since(Log, Old, [started(Id, Head)|Events], Start, _).
-since([Event|Log], Old, Events, Start, Agent) :-
-    since(Log, Old, [Event|Events], Start, Agent).
+since([Event|Log], Old, Events, Start, Agents) :-
+    since(Log, Old, [Event|Events], Start, Agents).
 
 %!  everyone(-Idled) is det.
 %
-%   Idled is idled(Last, Starts): Last is the robot that was the last to begin something at this moment,
-%   Starts could have begun before time passed. Here: no robot and nothing, so that everyone may begin.
+%   Idled is idled(Last, Starts): Last are the robots that were the last to begin something at this
+%   moment, Starts could have begun before time passed. Here: nobody and nothing, so that everyone may
+%   begin.
 
-everyone(idled('', [])).
+everyone(idled([], [])).
 
 %!  worthwhile(+Moves, +Idled, -Move, -Idled) is nondet.
 
 worthwhile(Moves, idled(Last, Starts), Move, idled(Last1, Starts)) :-
     member(Move, Moves),
-    Move = move(Start, Agent, _, _),
-    ( Agent == none -> Last1 = Last ; Agent @> Last, Last1 = Agent ),
+    Move = move(Start, Agents, _, _),
+    ( Agents == [] -> Last1 = Last ; Agents @> Last, Last1 = Agents ),
     \+ memberchk(Start, Starts).
 
 %!  asleep(+Moves, -Idled) is det.
 %
 %   After time has passed although Moves could have begun.
 
-asleep(Moves, idled('', Starts)) :-
+asleep(Moves, idled([], Starts)) :-
     findall(Start, member(move(Start, _, _, _), Moves), Starts).
 
 %!  forced(+Moves, +Program, +Situation, -Move) is semidet.
@@ -96,12 +70,12 @@ asleep(Moves, idled('', Starts)) :-
 
 forced(Moves, P, S, Move) :-
     member(Move, Moves),
-    Move = move([First|_], Agent, _, _),
-    Agent \== none,
+    Move = move([First|_], [Agent], _, _),
     set_value(held, Agent, Holder, S),
     in_scope(P, Holder, Body),
     next_step(Body, S, Id),
-    arg(1, First, Id), !.
+    arg(1, First, Id),
+    \+ ( arg(2, First, Head), claims_of(Head, [_|_], S) ), !. % another may go first
 
 in_scope([P|_], Id, Body) :- in_scope(P, Id, Body).
 in_scope(conc(Ps), Id, Body) :- member(P, Ps), in_scope(P, Id, Body), !.

@@ -1,5 +1,7 @@
 :- module(planner_search,
-          [ best_plan/4                 % +Program, +Situation, +MaxNodes, -Result
+          [ best_plan/4,                % +Program, +Situation, +MaxNodes, -Result
+            complete/3,                 % +Program, +Situation, -Waits
+            end_runs/3                  % +Milliseconds, +Situation, -Situation
           ]).
 
 /** <module> The least makespan of all executions of a program
@@ -23,17 +25,23 @@ Where the steps are independent, what need not be looked into is left out (plann
 :- use_module(library(apply)).
 :- use_module(kb_rules(facts), [kind/3]).
 :- use_module(planner_golog(projection)).
-:- use_module(planner_golog(transition)).
+:- use_module(planner_golog(actions)).
+:- use_module(planner_golog(horizon)).
+:- use_module(planner_golog(influence)).
 :- use_module(planner_golog(outlook)).
+:- use_module(planner_golog(settling)).
+:- use_module(planner_golog(transition)).
 :- use_module(planner_golog(reduction)).
 
 %!  best_plan(+Program, +Situation, +MaxNodes:integer, -Result) is det.
 %
 %   Result is one of
-%     - plan(Status, Makespan, Bound, Events, Nodes): Status is optimal or satisficing; Events, oldest
-%       first, are what trans/4 noted; Makespan and Bound are milliseconds from now
+%     - plan(Status, Makespan, Bound, Events, Waits, Nodes): Status is optimal or satisficing; Events,
+%       oldest first, are what trans/4 noted; Makespan and Bound are milliseconds from now; Waits are the
+%       locations of what only acting finds out, where the plan ends because of it
 %     - none(proven, Nodes): no execution exists
 %     - none(unknown, Nodes): none was found within MaxNodes
+%   Nodes is LookedInto-Pruned: so many configurations.
 
 best_plan(P0, S0, MaxNodes, Result) :-
     now(S0, Start),
@@ -44,29 +52,32 @@ best_plan(P0, S0, MaxNodes, Result) :-
     empty_heap(Heap0),
     add_node(Robots, n(P, S, 0, Idled), Heap0-0, Heap-Next),
     rb_new(Seen),
-    search(Heap, Seen, Next, 0, MaxNodes, in(Robots, Reduced, Start), Result).
+    search(Heap, Seen, Next, 0-0, MaxNodes, in(Robots, Reduced, Start), Result).
 
 %   In is in(Robots, Reduced, Start): team size, whether steps are independent, when the plan begins.
 search(Heap, Seen, Next, Nodes, MaxNodes, In, Result) :-
     In = in(_, _, Start),
     (   get_from_heap(Heap, p(Worth, _, _), Node, Heap1)
     ->  Node = n(P, S, _, _),
-        (   complete(P, S)
+        (   complete(P, S, Waits)
         ->  found(S, Start, Makespan, Events),
-            Result = plan(optimal, Makespan, Makespan, Events, Nodes)
-        ;   Nodes >= MaxNodes
+            Result = plan(optimal, Makespan, Makespan, Events, Waits, Nodes)
+        ;   Nodes = Looked_into-_, Looked_into >= MaxNodes
         ->  Bound is Worth - Start,
             first_found(P, S, Start, Bound, Nodes, Result)
-        ;   expand(Node, In, Seen, Seen1, Heap1, Heap2, Next, Next1),
-            Nodes1 is Nodes + 1,
+        ;   expand(Node, In, Seen, Seen1, Heap1, Heap2, Next, Next1, Nodes, Nodes1),
             search(Heap2, Seen1, Next1, Nodes1, MaxNodes, In, Result)
         )
     ;   Result = none(proven, Nodes)
     ).
 
-complete(P, S) :-
+%!  complete(+Program, +Situation, -Waits) is semidet.
+%
+%   The execution ends here, or as far as one can look ahead.
+
+complete(P, S, Waits) :-
     running(S, []),
-    final(P, S), !.
+    ( final(P, S) -> Waits = [] ; halted(P, S, Waits) ), !.
 
 found(S, Start, Makespan, Events) :-
     now(S, End),
@@ -74,14 +85,20 @@ found(S, Start, Makespan, Events) :-
     reverse(Log, Events),
     Makespan is End - Start.
 
-expand(Node, In, Seen, Seen1, Heap, Heap1, Next, Next1) :-
+%   What has the same future as something looked into before, or no end at all, is pruned.
+expand(Node, In, Seen, Seen1, Heap, Heap1, Next, Next1, Looked_into-Pruned, Looked_into1-Pruned1) :-
     configuration_key(Node, Key),
     (   rb_insert_new(Seen, Key, true, Seen1)
     ->  In = in(Robots, Reduced, _),
         findall(Then, successor(Reduced, Node, Then), Nodes),
         reverse(Nodes, Reversed),
-        foldl(add_node(Robots), Reversed, Heap-Next, Heap1-Next1)
-    ;   Seen1 = Seen, Heap1 = Heap, Next1 = Next
+        foldl(add_node(Robots), Reversed, Heap-Next, Heap1-Next1),
+        length(Nodes, Successors),
+        Looked_into1 is Looked_into + 1,
+        Pruned1 is Pruned + Successors - (Next1 - Next)
+    ;   Seen1 = Seen, Heap1 = Heap, Next1 = Next,
+        Looked_into1 = Looked_into,
+        Pruned1 is Pruned + 1
     ).
 
 %   Of equal worth, the latest first: a plan that is as good is completed, not compared. Of successors, that
@@ -128,8 +145,12 @@ begun(move(_, _, P, S), Work, Idled, n(P, S, Work1, Idled)) :-
     robot_time(Newest, Time),
     Work1 is Work + Time.
 
-robot_time(started(_, _, Agent, From, To), Time) :- Agent \== none, !, Time is To - From.
-robot_time(_, 0).
+robot_time(Event, Time) :-
+    (   Event = started(_, _, Agents, From, To)
+    ->  length(Agents, Together),
+        Time is Together * (To - From)
+    ;   Time = 0
+    ).
 
 %   To the next natural end; everything that ends then has ended.
 passed(P, S, Work, Idled, n(Q, T, Work, Idled)) :-
@@ -148,22 +169,25 @@ end_runs(End, S0, S) :-
 
 %   Budget spent: one execution from the most promising configuration on, without going back.
 first_found(P, S, Start, Bound, Nodes, Result) :-
-    (   dive(P, S, T)
+    (   dive(2_000, P, S, T, Waits)
     ->  found(T, Start, Makespan, Events),
         ( Makespan =< Bound -> Status = optimal ; Status = satisficing ),
-        Result = plan(Status, Makespan, Bound, Events, Nodes)
+        Result = plan(Status, Makespan, Bound, Events, Waits, Nodes)
     ;   Result = none(unknown, Nodes)
     ).
 
-dive(P, S, S) :- complete(P, S), !.
-dive(P, S, End) :-
+%   Going always forward may go on for ever, in an iteration: so many steps are enough.
+dive(_, P, S, S, Waits) :- complete(P, S, Waits), !.
+dive(Left, P, S, End, Waits) :-
+    Left > 0,
+    Left1 is Left - 1,
     team_size(S, Robots),
     everyone(Idled),
     findall(Worth-(Q-T),
             ( successor(false, n(P, S, 0, Idled), n(Q, T, W, _)), worth(Q, T, W, Robots, Worth) ),
             Nodes),
     keysort(Nodes, [_-(Best-Then)|_]),
-    dive(Best, Then, End).
+    dive(Left1, Best, Then, End, Waits).
 
 team_size(S, Size) :-
     revision(S, Revision),
@@ -185,8 +209,9 @@ worth(P, S, Work, Robots, Makespan-Robot_time) :-
     Robot_time is Work + Remaining.
 
 busy([], _, 0, 0).
-busy([run(End, Agent, _, _)|Runs], Now, Busy, Last) :-
+busy([run(End, Agents, _, _)|Runs], Now, Busy, Last) :-
     busy(Runs, Now, Busy0, Last0),
     Left is max(0, End - Now),
     Last is max(Last0, Left),
-    (   Agent == none -> Busy = Busy0 ; Busy is Busy0 + Left ).
+    length(Agents, Together),
+    Busy is Busy0 + Together * Left.

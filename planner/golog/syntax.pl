@@ -12,21 +12,35 @@ and [Golog] are cited there.
 
     [P, ...]                                 Sequence      one after the other; [] is nothing to do: [ConGolog] 3
     conc([P, ...])                           Split-Join    side by side: [ConGolog] 4
+    any_order(Frame, Step, [P, ...])         Any-Order     one after the other, in any order
     choice(Frame, Step, [P, ...])            Choice        one of them: [Golog]
     pick(Frame, Step, V, Class, P)           local of P    P with an individual of Class for V (pi): [Golog]
     foreach(Frame, Step, [V-Class, ...], C, Inner, P)
                                              For-Each      P, with Inner for its frame, side by side for all
                                                            individuals of which C holds
+    star(Frame, Step, P)                     Iterate       P any number of times: [Golog]
     if(C, P, Q)                              If-Then-Else  P where C holds, else Q: [ConGolog] 3
     while(C, P)                              Repeat-While  P as long as C holds: [ConGolog] 3
     until(P, C)                              Repeat-Until  P, again until C holds
-    call(Frame, Step, Head)                  Perform       a process, atomic or composite: [ConGolog] 4
     test(C)                                  (condition)   goes on when C holds: [IndiGolog]
+    pconc([P, ...])                          (priorities)  side by side; one makes a step if none before can:
+                                                           [ConGolog] 4
+    interrupt(Frame, Step, [V-Class, ...], C, P)
+                                             (interrupt)   whenever C holds, P: [ConGolog] 4.4
+    search(P)                                (lookahead)   P, planned to its end before its first step:
+                                                           [IndiGolog]
+    deadline(Ms, P)                          (deadline)    P, ended Ms after the request has begun at most
+    call(Frame, Step, Head)                  Perform       a process, atomic or composite: [ConGolog] 4
+
+Split is not among them: what follows a split in a sequence goes on side by side with its parts, so that
+it is conc of the parts and what follows.
 
 A condition C is one of
 
     all([C, ...])  any([C, ...])  not(C)     AllOf, AnyOf, Not; not is by failure: closed world
     holds(Property, Subject, Value)          a property has a value, as far as is known
+    compare(Op, A, B)                        numbers compare; Op is less, at_most, more, at_least or equal, A
+                                             and B are numbers or value(Property, Subject)
     is_true(loc(Frame, Name))                the truth value that an action has found out
 
 Arguments of a Head are individuals, literals, loc(Frame, Name) for data, and fluent(Property, Subject)
@@ -35,13 +49,14 @@ for the value that a property has when the process begins.
 The body of a loop must have something to do every time: a loop that turns without a step would turn
 without time passing, for ever.
 
-As a program is executed, three terms take the place of what has begun: running(Id) of a step,
+As a program is executed, other terms take the place of what has begun: running(Id) of a step,
 scope(Id, Head, P) of a composite process, picked(Id-Individual, Pick, P) of a pick, with the pick as it
-was. They are not written.
+was, star(Frame, Step, P, Times) and any_order(Frame, Step, [Number-P, ...], Parts). They are not written.
 */
 
 :- use_module(library(lists)).
 :- use_module(library(apply)).
+:- use_module(library(occurs), [sub_term/2]).
 :- use_module(kb_rules(facts), [definition/4, duration/3]).
 
 :- multifile prolog:error_message//1.
@@ -51,18 +66,36 @@ prolog:error_message(malformed_program(Term, Wanted)) -->
 
 %!  well_formed(+Revision, +Head) is det.
 %
-%   The process exists, and its body and all that it calls are well-formed.
+%   The process exists, its body and all that it calls are well-formed, and none comes back to itself.
 %
 %   @error malformed_program(Subterm, Wanted)
 
 well_formed(Revision, Head) :-
-    (   definition(Revision, Head, _, Body)
-    ->  well_formed(Body),
-        forall(called(Body, Callee), well_formed(Revision, Callee))
-    ;   duration(Revision, Head, _)
-    ->  true
-    ;   refuse(Head, 'the head of a process')
+    functor(Head, Name, Arity),
+    well_formed(Name/Arity, Revision, [], [], _).
+
+%   Each process once, whatever calls it. Trail: what has called it.
+well_formed(Process, Revision, Trail, Done0, Done) :-
+    (   memberchk(Process, Trail)
+    ->  Process = Name/_,
+        refuse(Name, 'a process that does not come back to itself')
+    ;   memberchk(Process, Done0)
+    ->  Done = Done0
+    ;   Process = Name/Arity,
+        functor(Head, Name, Arity),
+        (   definition(Revision, Head, _, Body)
+        ->  well_formed(Body),
+            findall(N/A, ( called(Body, Callee), functor(Callee, N, A) ), Callees),
+            foldl(well_formed_callee(Revision, [Process|Trail]), Callees, Done0, Done1),
+            Done = [Process|Done1]
+        ;   duration(Revision, Head, _)
+        ->  Done = [Process|Done0]
+        ;   refuse(Head, 'the head of a process')
+        )
     ).
+
+well_formed_callee(Revision, Trail, Process, Done0, Done) :-
+    well_formed(Process, Revision, Trail, Done0, Done).
 
 %!  well_formed(+Program) is det.
 %
@@ -90,6 +123,18 @@ well_formed(call(Frame, Step, Head)) :- !,
     named(Frame, Step),
     ( callable(Head) -> true ; refuse(Head, 'the head of a process') ).
 well_formed(test(C)) :- !, condition(C).
+well_formed(pconc(Ps)) :- !, programs(Ps).
+well_formed(any_order(Frame, Step, Ps)) :- !, named(Frame, Step), programs(Ps).
+well_formed(star(Frame, Step, P)) :- !, named(Frame, Step), well_formed(P), steps(star(Frame, Step, P), P).
+well_formed(interrupt(Frame, Step, Vars, C, P)) :- !,
+    named(Frame, Step),
+    ( is_list(Vars) -> maplist(typed, Vars) ; refuse(Vars, 'a list of Variable-Class') ),
+    condition(C),
+    well_formed(P),
+    steps(interrupt(Frame, Step, Vars, C, P), P).
+well_formed(search(P)) :- !, well_formed(P).
+well_formed(deadline(Ms, P)) :- !,
+    ( integer(Ms), Ms > 0 -> well_formed(P) ; refuse(Ms, 'a positive number of milliseconds') ).
 well_formed(P) :- refuse(P, 'a program').
 
 programs(Ps) :-
@@ -110,8 +155,14 @@ condition(all(Cs)) :- is_list(Cs), !, maplist(condition, Cs).
 condition(any(Cs)) :- is_list(Cs), !, maplist(condition, Cs).
 condition(not(C)) :- !, condition(C).
 condition(holds(Property, _, _)) :- atom(Property), !.
+condition(compare(Op, A, B)) :-
+    memberchk(Op, [less, at_most, more, at_least, equal]), !,
+    ( operand(A), operand(B) -> true ; refuse(compare(Op, A, B), 'a comparison of numbers or values') ).
 condition(is_true(Location)) :- nonvar(Location), Location = loc(_, Name), atom(Name), !.
 condition(C) :- refuse(C, 'a condition').
+
+operand(X) :- number(X).
+operand(X) :- nonvar(X), X = value(Property, _), atom(Property).
 
 steps(Loop, P) :-
     ( stepless(P) -> refuse(Loop, 'a loop with something to do every time') ; true ).
@@ -119,6 +170,12 @@ steps(Loop, P) :-
 %   P may end without a step.
 stepless(Ps) :- is_list(Ps), forall(member(P, Ps), stepless(P)).
 stepless(conc(Ps)) :- stepless(Ps).
+stepless(pconc(Ps)) :- stepless(Ps).
+stepless(any_order(_, _, Ps)) :- stepless(Ps).
+stepless(star(_, _, _)).
+stepless(interrupt(_, _, _, _, _)).
+stepless(search(P)) :- stepless(P).
+stepless(deadline(_, P)) :- stepless(P).
 stepless(choice(_, _, Ps)) :- member(P, Ps), stepless(P), !.
 stepless(pick(_, _, _, _, P)) :- stepless(P).
 stepless(foreach(_, _, _, _, _, _)).
@@ -126,15 +183,10 @@ stepless(if(_, P, Q)) :- ( stepless(P) -> true ; stepless(Q) ).
 stepless(while(_, _)).
 stepless(test(_)).
 
-called([P|Ps], Head) :- ( called(P, Head) ; called(Ps, Head) ).
-called(conc(Ps), Head) :- called(Ps, Head).
-called(choice(_, _, Ps), Head) :- called(Ps, Head).
-called(pick(_, _, _, _, P), Head) :- called(P, Head).
-called(foreach(_, _, _, _, _, P), Head) :- called(P, Head).
-called(if(_, P, Q), Head) :- ( called(P, Head) ; called(Q, Head) ).
-called(while(_, P), Head) :- called(P, Head).
-called(until(P, _), Head) :- called(P, Head).
-called(call(_, _, Head), Head).
+called(P, Head) :-
+    sub_term(T, P),
+    nonvar(T),
+    T = call(_, _, Head).
 
 refuse(Term, Wanted) :-
     throw(error(malformed_program(Term, Wanted), _)).

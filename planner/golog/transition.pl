@@ -1,11 +1,13 @@
 :- module(planner_transition,
           [ trans/4,                    % +Program, +Situation, -Program, -Situation
             final/2,                    % +Program, +Situation
-            settle/4,                   % +Program, +Situation, -Program, -Situation
+            final/3,                    % +Program, +Situation, -Situation
             instances/7,                % +Frame, +Step, +Vars, +Condition, +Inner-Body, +Situation, -Programs
+            turns/7,                    % +Frame, +Step, +Vars, +Condition, +Inner-Body, +Situation, -Turns
             expansion/4,                % +Id, +Head, +Situation, -Body
-            one_step/3,                 % +Head, -Duration, +Situation
-            milliseconds/3              % +Duration, -Milliseconds, +Situation
+            close_scope/4,              % +Id, +Head, +Situation, -Situation
+            bound_head/3,               % +Head, +Situation, -Head
+            step_id/3                   % +Frame, +Step, -Id
           ]).
 
 /** <module> The meaning of programs: trans/4 and final/2, one clause a construct
@@ -21,9 +23,12 @@ ahead, to the next natural end) and planner_steps (acting, to what the robots re
 
 :- use_module(library(lists)).
 :- use_module(library(apply)).
-:- use_module(library(assoc)).
-:- use_module(kb_rules(facts), [definition/4, duration/3]).
+:- use_module(library(pairs)).
+:- use_module(kb_rules(facts), [definition/4]).
 :- use_module(planner_golog(projection)).
+:- use_module(planner_golog(actions)).
+:- use_module(planner_golog(guide)).
+:- use_module(planner_golog(horizon), [halted/3]).
 
 %!  trans(+Program, +Situation, -Rest, -Next) is nondet.
 %
@@ -32,22 +37,35 @@ ahead, to the next natural end) and planner_steps (acting, to what the robots re
 trans([P|Ps], S, [P1|Ps], S1) :-                    % sequence, first part: [ConGolog] 3
     trans(P, S, P1, S1).
 trans([P|Ps], S, Rest, S1) :-                       % sequence, the first part being done
-    final(P, S),
-    trans(Ps, S, Rest, S1).
+    final(P, S, S0),
+    trans(Ps, S0, Rest, S1).
 trans(choice(Frame, Step, Ps), S, P1, S1) :-        % nondeterministic branch: [Golog]
-    chosen_branch(Frame, Step, Ps, P, S, S0),
+    step_id(Frame, Step, Id),
+    ( next_choice(Id, Planned, S) -> N = Planned ; free_choice(S) ),
+    nth1(N, Ps, P),
+    take_choice(Id, N, S, S0),
     taken(P, S0, P1, S1).
 trans(pick(Frame, Step, V, Class, P), S, picked(Id-X, pick(Frame, Step, V, Class, P), P1), S1) :-
     step_id(Frame, Step, Id),                       % nondeterministic choice of argument, pi: [Golog]
-    candidate(Id, Class, X, S, S0),
+    candidate(Id, Class, X, S),
+    take_choice(Id, X, S, S0),
     copy_term(V-P, X-Bound),
     taken(Bound, S0, P1, S1).
 trans(picked(Id, Pick, P), S, picked(Id, Pick, P1), S1) :-
     trans(P, S, P1, S1).
+trans(star(Frame, Step, P), S, P1, S1) :-           % nondeterministic iteration: [Golog]
+    trans(star(Frame, Step, P, 0), S, P1, S1).
+trans(star(Frame, Step, P, N), S, [P1, star(Frame, Step, P, N1)], S1) :-
+    N1 is N + 1,
+    atomic_list_concat([Frame, Step, N], /, Id),
+    ( guided(S) -> next_choice(Id, again, S) ; true ),
+    take_choice(Id, again, S, S0),
+    trans(P, S0, P1, S1).
 trans(if(C, P, Q), S, P1, S1) :-                    % conditional: [ConGolog] 3
-    (   holds(C, S) -> trans(P, S, P1, S1) ; trans(Q, S, P1, S1) ).
+    asked(C, S, Answer),
+    (   Answer == yes -> trans(P, S, P1, S1) ; Answer == no -> trans(Q, S, P1, S1) ).
 trans(while(C, P), S, [P1, while(C, P)], S1) :-     % iteration: [ConGolog] 3
-    \+ \+ holds(C, S),
+    asked(C, S, yes),
     trans(P, S, P1, S1).
 trans(until(P, C), S, [P1, if(C, [], until(P, C))], S1) :- % OWL-S Repeat-Until: the body, then the test
     trans(P, S, P1, S1).
@@ -55,114 +73,131 @@ trans(conc(Ps), S, conc(Rest), S1) :-               % concurrency: [ConGolog] 4,
     one_of(Ps, P, Before, After),
     trans(P, S, P1, S1),
     append(Before, [P1|After], Rest).
+trans(pconc([P|Ps]), S, pconc(Rest), S1) :-         % prioritized concurrency: [ConGolog] 4
+    (   trans(P, S, P1, S1)
+    *-> Rest = [P1|Ps]
+    ;   trans(pconc(Ps), S, pconc(Qs), S1),
+        Rest = [P|Qs]
+    ).
+trans(any_order(Frame, Step, Ps), S, P1, S1) :-     % OWL-S Any-Order: all, not overlapping
+    length(Ps, N),
+    numlist(1, N, Numbers),
+    pairs_keys_values(Parts, Numbers, Ps),
+    trans(any_order(Frame, Step, Parts, N), S, P1, S1).
+trans(any_order(Frame, Step, Parts, K), S, [P1, any_order(Frame, Step, Rest, K1)], S1) :-
+    K1 is K - 1,
+    atomic_list_concat([Frame, Step, K], /, Id),
+    ( next_choice(Id, Planned, S) -> N = Planned ; free_choice(S) ),
+    select(N-P, Parts, Rest),
+    take_choice(Id, N, S, S0),
+    taken(P, S0, P1, S1).
+trans(interrupt(Frame, Step, Vs, C, P), S, [P1, interrupt(Frame, Step, Vs, C, P)], S1) :-
+    triggered(Vs, C, P, S, Bound),                  % interrupt: [ConGolog] 4.4
+    trans(Bound, S, P1, S1).
+trans(search(P), S, P1, S1) :-                      % lookahead: [IndiGolog]; acting, it waits for a plan
+    ( ahead(S, _) -> true ; known(planned, true, S) ),
+    trans(P, S, P1, S1).
+trans(deadline(Ms, P), S, deadline(Ms, P1), S1) :-  % ends in time, as far as we can foresee
+    trans(P, S, P1, S1),
+    (   ahead(S, _), log(S1, [started(_, _, _, _, End)|_])
+    ->  latest(Ms, S, Latest), End =< Latest
+    ;   true
+    ).
 trans(foreach(F, Step, Vs, C, Inner, P), S, P1, S1) :- % OWL-S For-Each: one concurrent turn an individual
-    instances(F, Step, Vs, C, Inner-P, S, Turns),
-    trans(conc(Turns), S, P1, S1).
+    asked(C, S, yes),
+    turns(F, Step, Vs, C, Inner-P, S, Turns),
+    findall(Name-Tuple, member(turn(Name, Tuple, _), Turns), Names),
+    findall(Q, member(turn(_, _, Q), Turns), Qs),
+    (   ahead(S, _) -> S0 = S ; step_id(F, Step, Id), set_data(turns(Id), Names, S, S0) ),
+    trans(conc(Qs), S0, P1, S1).
 trans(call(Frame, Step, Head0), S, P1, S1) :-       % procedure call, primitive action: [ConGolog] 4
     bound_head(Head0, S, Head),
     step_id(Frame, Step, Id),
-    may_begin(Id, Head, Agent, S),
     (   one_step(Head, Duration, S)
-    ->  idle(Agent, S),
-        milliseconds(Duration, Milliseconds, S),
-        in_order(Id, Agent, S, S0),
-        start(Id, Head, Agent, Milliseconds, S0, S2),
-        now(S, Now),
-        End is Now + Milliseconds,
-        note(started(Id, Head, Agent, Now, End), S2, S1),
+    ->  agents_of(Head, Agents, S),
+        idle(Agents, S),
+        may_begin(Id, Head, Agents, S),
+        milliseconds(Head, Duration, Milliseconds, S),
+        in_order(Id, Head, Agents, S, S0),
+        begin_step(Id, Head, Agents, Milliseconds, S0, S1),
         P1 = running(Id)
-    ;   in_order(Id, Agent, S, S3),
-        hold_robot(Head, Agent, Id, S3, S0),
-        expansion(Id, Head, S0, Body),
-        note(begun(Id, Head), S0, S2),
+    ;   may_begin(Id, Head, Agents, S),
+        in_order(Id, Head, Agents, S, S0),
+        begin_scope(Id, Head, Agents, S0, S2),
+        expansion(Id, Head, S2, Body),
+        note(begun(Id, Head), S2, S3),
         P1 = scope(Id, Head, Rest),
-        trans(Body, S2, Rest, S1)
+        trans(Body, S3, Rest, S1)
     ).
 trans(scope(Id, Head, P), S, scope(Id, Head, P1), S1) :-
     trans(P, S, P1, S1).
 trans(scope(Id, Head, P), S, [], S1) :-             % a composite process ends: its effects hold
-    final(P, S),
-    close_scope(Id, Head, S, S1).
+    final(P, S, S0),
+    close_scope(Id, Head, S0, S1).
 
-%   A choice is a decision that is noted, even where the branch taken has nothing to do.
-taken(P, S, P1, S1) :- trans(P, S, P1, S1).
-taken(P, S, [], S) :- final(P, S).
+%   A choice is a decision that is noted, even where the branch taken has nothing to do, or goes on by what
+%   only acting finds out.
+taken(P, S, P1, S1) :-
+    (   trans(P, S, P1, S1)
+    *-> true
+    ;   ahead(S, _), \+ final(P, S), halted(P, S, _), P1 = P, S1 = S
+    ).
+taken(P, S, [], S1) :- final(P, S, S1).
 
 %!  final(+Program, +Situation) is semidet.
+%!  final(+Program, +Situation, -Situation) is semidet.
 %
-%   Program may end in Situation. A choice or pick may not: it is to be taken first.
+%   Program may end in Situation. A choice or pick may not: it is to be taken first. A composite process that
+%   has nothing to do has its effects all the same: they hold in the second situation.
 
-final([], _).
-final([P|Ps], S) :- final(P, S), final(Ps, S).
-final(test(C), S) :- once(holds(C, S)).             % a test takes no time: [IndiGolog]
-final(picked(_, _, P), S) :- final(P, S).
-final(if(C, P, Q), S) :- ( holds(C, S) -> final(P, S) ; final(Q, S) ).
-final(while(C, P), S) :- ( \+ holds(C, S) -> true ; final(P, S) ).
-final(until(P, C), S) :- final(P, S), once(holds(C, S)).
-final(conc(Ps), S) :- all_final(Ps, S).
-final(foreach(F, Step, Vs, C, Inner, P), S) :-
-    instances(F, Step, Vs, C, Inner-P, S, Turns),
-    all_final(Turns, S).
-final(call(Frame, Step, Head0), S) :-               % a composite process that has nothing to do
+final(P, S) :- final(P, S, _).
+
+final([], S, S).
+final([P|Ps], S, S1) :- final(P, S, S0), final(Ps, S0, S1).
+final(test(C), S, S) :- asked(C, S, yes).           % a test takes no time: [IndiGolog]
+final(picked(_, _, P), S, S1) :- final(P, S, S1).
+final(star(Frame, Step, P), S, S) :- final(star(Frame, Step, P, 0), S, S).
+final(star(Frame, Step, _, N), S, S) :-
+    atomic_list_concat([Frame, Step, N], /, Id),
+    \+ next_choice(Id, again, S).
+final(if(C, P, Q), S, S1) :-
+    asked(C, S, Answer),
+    (   Answer == yes -> final(P, S, S1) ; Answer == no -> final(Q, S, S1) ).
+final(while(C, P), S, S1) :-
+    asked(C, S, Answer),
+    (   Answer == no -> S1 = S ; Answer == yes -> final(P, S, S1) ).
+final(until(P, C), S, S1) :- final(P, S, S1), asked(C, S1, yes).
+final(conc(Ps), S, S1) :- final(Ps, S, S1).
+final(pconc(Ps), S, S1) :- final(Ps, S, S1).
+final(any_order(_, _, []), S, S).
+final(any_order(_, _, [], _), S, S).
+final(interrupt(_, _, _, _, _), S, S).              % between its turns
+final(search(P), S, S1) :- final(P, S, S1).
+final(deadline(Ms, P), S, S1) :-
+    final(P, S, S1),
+    (   ahead(S, _) -> latest(Ms, S, Latest), now(S, Now), Now =< Latest ; true ).
+final(foreach(F, Step, Vs, C, Inner, P), S, S1) :-
+    asked(C, S, Answer),
+    (   Answer == no
+    ->  S1 = S
+    ;   Answer == yes
+    ->  instances(F, Step, Vs, C, Inner-P, S, Turns),
+        final(Turns, S, S1)
+    ).
+final(call(Frame, Step, Head0), S, S1) :-           % a composite process that has nothing to do
     bound_head(Head0, S, Head),
     \+ one_step(Head, _, S),
     permitted(Head, S),
     step_id(Frame, Step, Id),
     expansion(Id, Head, S, Body),
-    final(Body, S).
-final(running(Id), S) :- running(S, Runs), \+ memberchk(run(_, _, Id, _), Runs).
+    final(Body, S, S0),
+    close_scope(Id, Head, S0, S1).
+final(running(Id), S, S) :- running(S, Runs), \+ memberchk(run(_, _, Id, _), Runs).
 
-all_final([], _).
-all_final([P|Ps], S) :- final(P, S), all_final(Ps, S).
-
-%!  settle(+Program, +Situation, -Rest, -Next) is det.
-%
-%   Takes every transition that needs no time and leaves no choice: what has ended is left behind, and
-%   composite processes whose body is done end.
-
-settle([P|Ps], S, Rest, S1) :- !,
-    settle(P, S, P1, S0),
-    (   P1 == [] -> settle(Ps, S0, Rest, S1)
-    ;   Ps == [] -> Rest = P1, S1 = S0              % else every turn of a loop would nest one deeper
-    ;   Rest = [P1|Ps], S1 = S0
-    ).
-settle(conc(Ps), S, Rest, S1) :- !,
-    settle_all(Ps, S, Ps1, S1),
-    (   Ps1 == [] -> Rest = [] ; Rest = conc(Ps1) ).
-settle(picked(Id, Pick, P), S, Rest, S1) :- !,
-    settle(P, S, P1, S1),
-    (   P1 == [] -> Rest = [] ; Rest = picked(Id, Pick, P1) ).
-settle(scope(Id, Head, P), S, Rest, S1) :- !,
-    settle(P, S, P1, S0),
-    (   done(P1, S0)
-    ->  close_scope(Id, Head, S0, S1),
-        Rest = []
-    ;   Rest = scope(Id, Head, P1),
-        S1 = S0
-    ).
-settle(running(Id), S, Rest, S) :- !,
-    (   final(running(Id), S) -> Rest = [] ; Rest = running(Id) ).
-settle(call(Frame, Step, Head), S, Rest, S1) :-
-    done(call(Frame, Step, Head), S), !,
-    step_id(Frame, Step, Id),
-    bound_head(Head, S, Bound),
-    close_scope(Id, Bound, S, S1),
-    Rest = [].
-settle(P, S, P, S).
-
-settle_all([], S, [], S).
-settle_all([P|Ps], S, Rest, S1) :-
-    settle(P, S, P1, S0),
-    (   P1 == [] -> Rest = Rest1 ; Rest = [P1|Rest1] ),
-    settle_all(Ps, S0, Rest1, S1).
-
-%   Looking ahead, nothing that depends on sensing is asked: a loop that is not begun is not done.
-done(P, S) :-
-    catch(final(P, S), error(depends_on_sensing(_), _), fail), !.
+% ------------------------------------------------------------------------------------------- parts
 
 close_scope(Id, Head, S0, S) :-
-    agent_of(Head, Agent, S0),
-    release_robot(Agent, Id, S0, S1),
+    end_scope(Id, Head, S0, S1),
     apply_effects(Head, S1, S2),
     note(ended(Id, Head), S2, S).
 
@@ -177,54 +212,51 @@ expansion(Id, Head, S, Body) :-
     ;   throw(error(existence_error(process, Head), _))
     ).
 
-%!  one_step(+Head, -Duration, +Situation) is semidet.
-%
-%   True if Head is one durative step: a primitive action, or, looking ahead, a composite process with
-%   a duration model.
-
-one_step(Head, Duration, S) :-
-    revision(S, Revision),
-    duration(Revision, Head, Duration),
-    !,
-    (   Duration = fixed(_) -> true ; mode(S, plan(_)) ).
-
-%!  milliseconds(+Duration, -Milliseconds, +Situation) is semidet.
-%
-%   Fails where there is no way.
-
-milliseconds(fixed(Milliseconds), Milliseconds, _).
-milliseconds(travel(Robot, To, More), Milliseconds, S) :-
-    place_of(Robot, From, S),
-    travel_time(Robot, From, To, Time, S), !,
-    Milliseconds is Time + More.
-
-place_of(Robot, Place, S) :-
-    (   set_value(locatedAt, Robot, Place, S) -> true ; Place = here ).
-
 %!  instances(+Frame, +Step, +Vars, +Condition, +Turn, +Situation, -Programs) is det.
 %
 %   The turns of a for-each: one program for every combination of individuals that satisfies the
 %   condition, in order of name. Turn is Inner-Body; Inner becomes the frame of the turn.
 
-instances(Frame, Step, Vars, Condition, Inner-Body, S, Programs) :-
+instances(Frame, Step, Vars, Condition, Turn, S, Programs) :-
+    turns(Frame, Step, Vars, Condition, Turn, S, Turns),
+    findall(Program, member(turn(_, _, Program), Turns), Programs).
+
+%!  turns(+Frame, +Step, +Vars, +Condition, +Turn, +Situation, -Turns) is det.
+%
+%   The same as turn(Name, Individuals, Program).
+
+turns(Frame, Step, Vars, Condition, Inner-Body, S, Turns) :-
     pairs_keys(Vars, Keys),
     findall(Keys, ( holds(Condition, S), members(Vars, S) ), Tuples0),
     sort(Tuples0, Tuples),
-    findall(Program,
+    findall(X-x, member([X|_], Tuples), Firsts),
+    group_pairs_by_key(Firsts, Counted),
+    findall(turn(Name, Tuple, Program),
             ( member(Tuple, Tuples),
-              turn_name(Tuple, Tuples, Name),
-              atomic_list_concat([Frame, Step, Name], /, Turn),
-              copy_term(t(Keys, Inner, Body), t(Tuple, Turn, Program)) ),
-            Programs).
+              turn_name(Tuple, Counted, Name),
+              atomic_list_concat([Frame, Step, Name], /, Inner0),
+              copy_term(t(Keys, Inner, Body), t(Tuple, Inner0, Program)) ),
+            Turns).
 
 members([], _).
 members([X-Class|Vars], S) :- member_of(Class, X, S), members(Vars, S).
 
 %   A turn is called by its first individual, where that tells it from the others.
-turn_name([X|_], Tuples, X) :-
-    findall(x, member([X|_], Tuples), [_]), !.
+turn_name([X|_], Counted, X) :-
+    memberchk(X-[_], Counted), !.
 turn_name(Tuple, _, Name) :-
     atomic_list_concat(Tuple, +, Name).
+
+triggered(Vars, Condition, P, S, Bound) :-
+    pairs_keys(Vars, Keys),
+    catch(findall(Keys, ( holds(Condition, S), members(Vars, S) ), Tuples),
+          error(depends_on_sensing(_), _), Tuples = []),
+    sort(Tuples, [First|_]),
+    copy_term(Keys-P, First-Bound).
+
+latest(Milliseconds, S, Latest) :-
+    began(S, Began),
+    Latest is Began + Milliseconds.
 
 step_id(Frame, Step, Id) :-
     atomic_list_concat([Frame, /, Step], Id).
@@ -245,38 +277,11 @@ bound_argument(S, fluent(P, X), Value) :-
     fluent_value(P, X, Known, S), atom(Known), !, Value = Known.
 bound_argument(_, Argument, Argument).
 
-%   Choices: looking ahead all are tried; acting, the guide says which.
+%   Looking ahead all individuals are tried; along a guide, the one that it says or else the first.
+candidate(Id, Class, X, S) :-
+    (   next_choice(Id, Planned, S) -> X = Planned ; free_choice(S), member_of(Class, X, S) ),
+    \+ excluded(Id, X, S).
 
-candidate(Id, Class, X, S, S1) :-
-    mode(S, Mode),
-    (   Mode = act(guide(Choices, _)), get_assoc(Id, Choices, Chosen)
-    ->  X = Chosen,
-        \+ excluded(Id, X, S)
-    ;   Mode = act(_)
-    ->  once(( member_of(Class, X, S), \+ excluded(Id, X, S) ))
-    ;   member_of(Class, X, S),
-        \+ excluded(Id, X, S)
-    ),
-    note(chose(Id, X), S, S1).
-
-chosen_branch(Frame, Step, Ps, P, S, S1) :-
-    step_id(Frame, Step, Id),
-    mode(S, Mode),
-    (   Mode = act(guide(Choices, _)), get_assoc(Id, Choices, Chosen)
-    ->  nth1(Chosen, Ps, P), N = Chosen
-    ;   nth1(N, Ps, P)
-    ),
-    note(chose(Id, N), S, S1).
-
-%   Acting, the steps of a plan begin in the plan's order, robot by robot. What the plan took as one
-%   step has steps of its own, of which the plan says nothing.
-
-in_order(Id, Agent, S, S1) :-
-    (   mode(S, act(guide(Choices, Order))),
-        get_assoc(Agent, Order, Steps),
-        memberchk(Id, Steps)
-    ->  Steps = [Id|Later],
-        put_assoc(Agent, Order, Later, Order1),
-        with_mode(S, act(guide(Choices, Order1)), S1)
-    ;   S1 = S
-    ).
+%   Where a plan is on its way, it is to decide.
+free_choice(S) :-
+    \+ known(awaiting, true, S).

@@ -88,7 +88,7 @@ def vocabulary_page(core: Path) -> str:
         _MARK,
         f"The terms of [core.owl](../../kb/ontologies/core/core.owl), `{CORE_IRI}`. All other",
         "ontology files import it. Names end with the unit of their values: `_s`, `_m`, `_rad`, `_mps` (m/s), `_radps`",
-        "(rad/s).",
+        "(rad/s), `_J`, `_W`.",
         "",
         "## Classes",
         "",

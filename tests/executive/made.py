@@ -25,10 +25,10 @@ def requested(task: str) -> events.Requested:
     return events.Requested(task=task, request=TaskRequest(process="Tidy", arguments={"room": "attic"}, robots=2))
 
 
-def action(process: str, robot: str | None, *, step: str = "task/1") -> Action:
-    """An action of a robot, or of none."""
-    own = () if robot is None else (Argument(name="robot", role="robot", value=robot),)
-    return Action(id=f"{step}/{process}", process=process, robot=robot, arguments=own)
+def action(process: str, *robots: str, step: str = "task/1") -> Action:
+    """An action of a robot, of several together, or of none."""
+    own = tuple(Argument(name=f"robot{n or ''}", role="robot", value=robot) for n, robot in enumerate(robots))
+    return Action(id=f"{step}/{process}", process=process, robots=robots, arguments=own)
 
 
 def planned(
@@ -53,7 +53,7 @@ def planned(
 def ready(task: str, *happened: StepEvent, done: bool = False, running: int | None = None) -> events.ActionsAreReady:
     """What the planner says; so many actions run as start, unless told."""
     starts = sum(isinstance(event, Started) for event in happened)
-    progress = Progress(events=happened, done=done, running=starts if running is None else running)
+    progress = Progress(events=happened, done=done, running=starts if running is None else running, replan=False)
     return events.ActionsAreReady(task=task, progress=progress)
 
 

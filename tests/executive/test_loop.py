@@ -27,7 +27,7 @@ from planner.planner import Begun, Ended, Started, Told
 from tests.executive.made import BROKEN, action, after, arrived, others, planned, ready, recorded, requested
 
 SWEEP, MOP = action("Sweep", "r1"), action("Mop", "r2")
-THINK = action("Think", None)
+THINK = action("Think")
 
 
 def statuses(events: list[trace.TraceEvent]) -> list[tuple[str, str, str]]:
@@ -113,6 +113,17 @@ def test_a_started_action_leases_its_robot_until_its_outcome() -> None:
     [report] = others(commands)
     assert isinstance(report, ReportOutcome)
     assert report.action == SWEEP
+
+
+def test_an_action_of_two_robots_leases_both() -> None:
+    """Neither does anything else until the outcome, which releases both."""
+    carry = action("Carry", "r1", "r2")
+    state, _ = after(requested("one"), planned("one"), ready("one", Started(action=carry)))
+    assert state.leases == {"r1": 1, "r2": 1}
+    with pytest.raises(InternalError, match="r2 is still busy"):
+        step(state, ready("one", Started(action=MOP)), 2.0)
+    state, _ = step(state, arrived(1), 2.0)
+    assert state.leases == {}
 
 
 def test_an_action_without_a_robot_needs_no_lease() -> None:

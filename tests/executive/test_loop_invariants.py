@@ -13,7 +13,8 @@ from planner.planner import Begun, Ended, Started, StepEvent
 from tests.executive.made import BROKEN, SUCCEEDED, action, arrived, planned, ready, requested
 
 TASKS = ("one", "two", "three")
-ACTIONS = [action(process, robot) for process in ("Sweep", "Mop") for robot in ("r1", "r2", "r3", None)]
+TEAMS = (("r1",), ("r2",), ("r3",), ("r2", "r3"), ())
+ACTIONS = [action(process, *team) for process in ("Sweep", "Mop") for team in TEAMS]
 
 tasks = st.sampled_from(TASKS)
 step_events: st.SearchStrategy[StepEvent] = st.one_of(
@@ -59,7 +60,7 @@ def fold(history: list[events.Event]) -> list[tuple[loop.State, list[events.Comm
 def starts_on_a_leased_robot(state: loop.State, event: events.Event) -> bool:
     """Whether an event has an action start on a robot that is leased, or two of them on one."""
     assert isinstance(event, events.ActionsAreReady)
-    robots = [e.action.robot for e in event.progress.events if isinstance(e, Started) and e.action.robot]
+    robots = [robot for e in event.progress.events if isinstance(e, Started) for robot in e.action.robots]
     return len(set(robots)) < len(robots) or not state.leases.keys().isdisjoint(robots)
 
 
@@ -74,9 +75,9 @@ def task_of(command: events.Command) -> str:
 @settings(max_examples=300, deadline=None)
 @given(histories)
 def test_running_actions_and_leases_always_agree(history: list[events.Event]) -> None:
-    """Each robot is leased to one running action that is its own, each running action belongs to a living task."""
+    """Robots are leased to one running action that is theirs; each running action belongs to a living task."""
     for state, _ in fold(history):
-        holders = [(r.action.robot, number) for number, r in state.running.items() if r.action.robot is not None]
+        holders = [(robot, number) for number, r in state.running.items() for robot in r.action.robots]
         assert sorted(holders) == sorted(state.leases.items())
         assert {running.task for running in state.running.values()} <= set(state.tasks)
         assert all(number < state.next_number for number in state.running)

@@ -40,6 +40,9 @@ FIELDS: dict[str, st.SearchStrategy[Any]] = {
     "dict[str, Any]": st.dictionaries(TEXTS, JSON, max_size=3),
     "dict[str, bool | list[float]]": st.dictionaries(TEXTS, st.booleans() | st.lists(NUMBERS, max_size=3), max_size=3),
     "list[tuple[str, str, float, float]]": st.lists(st.tuples(TEXTS, TEXTS, NUMBERS, NUMBERS), max_size=3),
+    "list[tuple[str, float, int, int, float, float]]": st.lists(
+        st.tuples(TEXTS, NUMBERS, st.integers(), st.integers(), NUMBERS, NUMBERS), max_size=3
+    ),
     "str | float | bool | list[float] | None": st.one_of(
         TEXTS, NUMBERS, st.booleans(), st.lists(NUMBERS, max_size=3), st.none()
     ),

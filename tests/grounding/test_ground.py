@@ -182,7 +182,7 @@ def action_of(process: str, snapshot: Snapshot, *, robot: str = "amigo_1", **giv
     for p in snapshot.processes[process].arguments:
         value = given.get(p.name, Data(f"here/{p.name}") if p.is_datum else {**INDIVIDUALS, "robot": robot}[p.name])
         arguments.append(Argument(name=p.name, role=p.role.value, value=value))
-    return Action(id=f"task/{process}", process=process, robot=robot, arguments=tuple(arguments))
+    return Action(id=f"task/{process}", process=process, robots=(robot,), arguments=tuple(arguments))
 
 
 def at_places(**changed: object) -> dict[str, object]:

@@ -32,6 +32,10 @@ test(facts_do_not_bind_each_other, [cleanup(drop), all(Robot == [r, s])]) :-
     ;   agent(-1, 'Base'(s), Robot)
     ).
 
+test(agents_stay_in_order, [cleanup(drop), all(Robot == [z, a])]) :-
+    load_facts([agent(-1, 'Carry'(R, _), R), agent(-1, 'Carry'(_, S), S)], _),
+    agent(-1, 'Carry'(z, a), Robot).
+
 test(dropping_takes_one_revision, [cleanup(drop), all(Revision == [-2])]) :-
     load_facts([kind(-1, a, b), value(-1, p, a, 1), kind(-2, a, b)], _),
     drop_facts(-1, _),
@@ -43,7 +47,7 @@ test(dropping_takes_every_predicate, [cleanup(drop), true(Left == [])]) :-
     load_facts([ kind(-1, a, b), value(-1, p, a, 1), fluent(-1, p, a, 1),
                  definition(-1, a, _, []), precondition(-1, a, all([])),
                  effect(-1, a, fluent(p, a), 1), duration(-1, a, fixed(1)), requires(-1, a, b),
-                 agent(-1, a, a)
+                 agent(-1, a, a), claims(-1, a, a), odds(-1, a, 0.5), keeps_robot(-1, a)
                ], _),
     drop_facts(-1, _),
     findall(Head,

@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,20 @@ def constructs() -> Compiler:
     compiler = Compiler(ontology, read_processes(ontology))
     compiler.facts(1)
     return compiler
+
+
+@pytest.fixture(scope="module")
+def language() -> Compiler:
+    """The compiled made-up ontology of what else can be said: order, priority, resources, teams, task types."""
+    ontology = load(OWL / "language.owl", OWL)
+    compiler = Compiler(ontology, read_processes(ontology))
+    compiler.facts(1)
+    return compiler
+
+
+def facts_named(compiler: Compiler, *names: str) -> list[str]:
+    """The facts of some predicates, as text, in the order in which they are loaded."""
+    return [render(f) for f in compiler.facts(1) if isinstance(f, Struct) and f.functor in names]
 
 
 def body(compiler: Compiler, process: str) -> str:
@@ -91,6 +106,85 @@ def test_data_made_in_a_for_each_belongs_to_the_turn(constructs: Compiler) -> No
         "call(InnerFrame,'Patrol_20_Look','Look'(Robot,loc(InnerFrame,seen))),"
         "if(is_true(loc(InnerFrame,seen)),call(InnerFrame,'Patrol_30_Either','Either'(Robot)),[])])"
     )
+
+
+@pytest.mark.parametrize(
+    ("process", "text"),
+    [
+        # In the order of their names, which a choice counts: not of what they perform.
+        ("Shuffle", "any_order(Frame,'Shuffle_body',[{Shuffle_a},{Shuffle_b}])"),
+        # What follows a split goes on beside it.
+        ("Begin", "[{Begin_10},conc([{Begin_20_a},{Begin_20_b},[{Begin_30}]])]"),
+        ("Leave", "[{Leave_10},conc([{Leave_20_a}])]"),
+        ("Again", "star(Frame,'Again_body',{Again_Beep})"),
+        ("Hold", "[test(compare(at_least,value(batteryLevel,Robot),0.9)),{Hold_20}]"),
+        # By stepNumber; 100 is after 20.
+        (
+            "Guard",
+            "pconc([interrupt(Frame,'Guard_10',[],"
+            "compare(less,value(batteryLevel,Robot),value(chargeAt,Robot)),{Guard_10_Beep}),"
+            "interrupt(Frame,'Guard_20',['-'(Door,'Door')],holds(isOpen,Door,true),"
+            "call(Frame,'Guard_20_Pass','Pass'(Robot,Door))),{Guard_100}])",
+        ),
+        ("Think", "search(deadline(12500,{Think_Beep}))"),
+    ],
+)
+def test_constructs_beyond_the_plain_ones(language: Compiler, process: str, text: str) -> None:
+    """Each has its term; steps that beep are written {Step}."""
+    found = re.sub(r"call\(Frame,'(\w+)','Beep'\(Robot\)\)", r"{\1}", body(language, process))
+    assert found == text
+
+
+def test_what_only_looks_wrong_is_accepted(language: Compiler) -> None:
+    """A loop may ask for what a step beside it finds out; a part not done every turn may use what the last made."""
+    asked = "is_true(loc(Frame,seen))"
+    assert f"until(call(Frame,'Wait_a_Beep','Beep'(Robot)),{asked})" in body(language, "Wait")
+    assert f"if({asked},call(Frame,'Turn_20_Beep','Beep'(Robot)),[])" in body(language, "Turn")
+
+
+def test_a_task_type_is_a_choice_between_its_recipes(language: Compiler) -> None:
+    """In the order of their names; its program holds theirs."""
+    report = language.program("Report").text
+    assert "proc('Report'(Robot),[call(Frame,'Report_10','Signal'(Robot))])" in report
+    choice = "choice(Frame,recipe,[call(Frame,'Again','Again'(Robot)),call(Frame,'Beep','Beep'(Robot))])"
+    assert body(language, "Signal") == choice
+    assert f"proc('Signal'(Robot),{choice})." in report
+    assert "proc('Again'(Robot)," in report
+
+
+def test_robots_of_a_process_are_in_the_order_of_their_numbers(language: Compiler) -> None:
+    """The first is the one that travels; neither names nor the sorting of facts change that."""
+    assert [f for f in facts_named(language, "agent") if "Lift" in f] == [
+        "agent(1,'Lift'(Zero,Second,First),Zero)",
+        "agent(1,'Lift'(Zero,Second,First),Second)",
+        "agent(1,'Lift'(Zero,Second,First),First)",
+    ]
+
+
+def test_of_a_team_is_asked_what_each_of_it_needs(language: Compiler) -> None:
+    """All lift, but only the second beeps; nothing is asked for the sake of what may be done no time."""
+    asked = facts_named(language, "requires")
+    assert [f for f in asked if "Carry" in f] == ["requires(1,'Carry','RobotWithBase')"]
+    assert "requires(1,'Shuffle','RobotWithKinect')" in asked
+    assert not [f for f in asked if "Again" in f or "Signal" in f or "Report" in f]
+
+
+def test_resources_odds_and_what_is_known_of_things(language: Compiler) -> None:
+    """What a process uses, how likely it succeeds; values of all individuals that a parameter may name."""
+    assert facts_named(language, "claims", "odds", "keeps_robot") == [
+        "claims(1,'Pass'(Robot,Door),Door)",
+        "keeps_robot(1,'Carry')",
+        "odds(1,'Pass',0.8)",
+    ]
+    assert {
+        "kind(1,door_1,'Door')",
+        "value(1,capacity,door_1,2)",
+        "value(1,width_m,door_1,0.9)",
+        "fluent(1,isOpen,door_1,true)",
+        "value(1,energy_J,mule_1,3600.0)",
+        "value(1,power_W,mule_1,2.0)",
+        "value(1,chargeAt,mule_1,0.2)",
+    } <= set(facts_named(language, "kind", "value", "fluent"))
 
 
 def test_what_a_process_requires_follows_from_what_it_performs(constructs: Compiler) -> None:

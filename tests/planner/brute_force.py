@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from kb.terms import Struct, Term, Var, struct
+from kb.terms import Term, Var, struct
 
 ROBOTS = ("anna", "bert", "carl")
 PLACES = ("p1", "p2", "p3")
@@ -341,6 +341,12 @@ def request(body: Term, revision: int) -> list[Term]:
     return [struct("definition", revision, "Main", Var("Frame"), body)]
 
 
-def travel_table(world: World) -> list[Term]:
-    """The travel times as make_plan takes them."""
-    return [Struct("travel", (*key, ms)) for key, ms in sorted(world.travel_ms.items())]
+def travel_tables(world: World) -> Term:
+    """The travel times as look_ahead takes them: every robot has a table of its own."""
+
+    def row(robot: str, origin: str) -> list[Term]:
+        return [world.travel_ms.get((robot, origin, goal), -1) for goal in PLACES]
+
+    robots: list[Term] = [struct("robot", r, n, row(r, "here")) for n, r in enumerate(world.robots, start=1)]
+    tables: list[Term] = [[row(r, origin) for origin in PLACES] for r in world.robots]
+    return struct("tables", list(PLACES), robots, tables)

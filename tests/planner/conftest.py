@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import re
-import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 import pytest
 
-from kb.files import SHIPPED
 from kb.store import KnowledgeBase, Snapshot
+from planner.network import NO_WAY, Travel
+from planner.planner import TravelTimes
+from tests.planner import labs
 
 Times = Mapping[tuple[str, str, str], float]
-_PLACES = ("at_bar", "at_cabinet", "at_side_table")
 
 
 @pytest.fixture(scope="session")
@@ -31,11 +30,7 @@ def larger_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[i
 
     def lab(robots: int, drinks: int) -> Snapshot:
         if (robots, drinks) not in made:
-            folder = tmp_path_factory.mktemp("lab") / "ontologies"
-            shutil.copytree(SHIPPED, folder)
-            file = folder / "sites" / "tue_lab" / "tue_lab.owl"
-            file.write_text(_with_more(file.read_text(encoding="utf-8"), robots, drinks), encoding="utf-8")
-            made[robots, drinks] = KnowledgeBase("tue_lab", folder)
+            made[robots, drinks] = labs.larger_lab(tmp_path_factory.mktemp("lab") / "ontologies", robots, drinks)
         return made[robots, drinks].snapshot()
 
     yield lab
@@ -43,26 +38,22 @@ def larger_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[i
         knowledge.close()
 
 
-def _with_more(owl: str, robots: int, drinks: int) -> str:
-    copies = [_copy(owl, "amigo_1", f"amigo_{n}") for n in range(3, robots + 1)]
-    for n in range(3, drinks + 1):
-        copies.append(_copy(owl, "drink_1", f"drink_{n}").replace("at_coffee_table", _PLACES[n % len(_PLACES)]))
-    found = re.search(r" *<owl:NamedIndividual", owl)
-    assert found
-    return owl[: found.start()] + "".join(copies) + owl[found.start() :]
+def travel_of(times: Times) -> TravelTimes:
+    """Travel times for a session, as given in seconds; every robot has a table of its own."""
 
+    def travel_times(robots: Sequence[str], places: Sequence[str]) -> Travel:
+        def row(robot: str, origin: str) -> list[int]:
+            seconds = (times.get((robot, origin, goal)) for goal in places)
+            return [NO_WAY if s is None else round(1000 * s) for s in seconds]
 
-def _copy(owl: str, name: str, new_name: str) -> str:
-    found = re.search(rf' *<owl:NamedIndividual rdf:about="[^"]*#{name}">.*?</owl:NamedIndividual>\n', owl, re.DOTALL)
-    assert found
-    return found.group().replace(name, new_name)
-
-
-def travel_of(times: Times) -> Callable[[Mapping[str, Sequence[str]]], Times]:
-    """Travel times for a session, as given."""
-
-    def travel_times(goals: Mapping[str, Sequence[str]]) -> Times:
-        return {key: s for key, s in times.items() if key[2] in goals.get(key[0], ())}
+        return Travel(
+            places=tuple(places),
+            profile={robot: number for number, robot in enumerate(robots)},
+            between=tuple(
+                np.array([row(r, p) for p in places], dtype=np.int64).reshape(len(places), len(places)) for r in robots
+            ),
+            here={r: np.array(row(r, "here"), dtype=np.int64) for r in robots},
+        )
 
     return travel_times
 

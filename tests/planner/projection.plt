@@ -5,7 +5,7 @@
 
 known :-
     load_facts([ kind(p, cup, 'Thing'), kind(p, jug, 'Thing'), kind(p, cup, 'Clay'),
-                 value(p, near, cup, jug), value(p, near, cup, pot), fluent(p, full, cup, true),
+                 value(p, near, cup, jug), value(p, near, cup, pot), fluent(p, full, cup, true), value(p, height, jug, 3),
                  effect(p, 'Pour'(X, Y), fluent(full, X), false), effect(p, 'Pour'(X, Y), fluent(full, Y), true) ], _).
 
 forgotten :- drop_facts(p, _).
@@ -39,20 +39,17 @@ test('all shares its variables', Xs == [cup]) :-
     initially(S), findall(X, holds(all([holds(near, X, jug), holds(full, X, true)]), S), Xs).
 test('what is not known does not hold') :-
     initially(S), once(holds(not(holds(full, jug, true)), S)), \+ holds(holds(full, jug, true), S).
+test('numbers compare, as far as they are known') :-
+    initially(S), once(holds(compare(at_least, value(height, jug), 3), S)), once(holds(compare(less, 1.5, value(height, jug)), S)),
+    \+ holds(compare(more, value(height, jug), 3), S), \+ holds(compare(at_most, value(height, cup), 99), S),
+    \+ holds(compare(equal, value(near, cup), value(near, cup)), S).
+test('what only acting finds out is asked for in vain', Answers == [yes, no, unknown(loc(f, seen))]) :-
+    initially(S), findall(A, ( member(C, [holds(full, cup, true), holds(full, cup, false), is_true(loc(f, seen))]), asked(C, S, A) ), Answers).
 test('individuals come in order of name', Xs == [cup, jug]) :-
     initially(S), findall(X, member_of('Thing', X, S), Xs).
 test('an individual is of its classes only') :-
     initially(S), member_of('Clay', cup, S), \+ member_of('Clay', jug, S).
 
-test('running steps end in order of time', End-Next == 1010-1050) :-
-    initially(S0), start(a, 'A', r1, 50, S0, S1), start(b, 'B', r2, 10, S1, S2),
-    next_end(S2, End), stop(b, S2, S3), next_end(S3, Next).
-test('who has begun something is in the team for good') :-
-    initially(S0), start(a, 'A', r1, 5, S0, S1), start(b, 'B', r2, 5, S1, S2), stop(a, S2, S3),
-    idle(r1, S3), \+ idle(r2, S3), \+ idle(r3, S3).
-test('what is late is expected to end now', Ends == [2000, 2500]) :-
-    initially(S0), start(a, 'A', r1, 50, S0, S1), start(b, 'B', r2, 1500, S1, S2), at_time(S2, 2000, S3),
-    catch_up(S3, S), running(S, Runs), findall(E, member(run(E, _, _, _), Runs), Ends).
 test('situations with the same future have the same key, however they came about', Same == true) :-
     initially(S0), apply_effects('Pour'(cup, jug), S0, S1), take_log(S1, _, S2), progressed(S1, K1), progressed(S2, K2),
     ( K1 == K2 -> Same = true ; Same = K1-K2 ).

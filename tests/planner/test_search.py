@@ -9,7 +9,7 @@ import numpy as np
 
 from kb.prolog import Entry
 from kb.terms import Term, struct
-from tests.planner.brute_force import Maker, Tree, World, least, random_world, request, travel_table
+from tests.planner.brute_force import Maker, Tree, World, least, random_world, request, travel_tables
 
 _CASES = 300
 _REVISION = -1
@@ -18,7 +18,8 @@ _load_facts = Entry(search_path="kb_rules", file="facts", name="load_facts")
 _drop_facts = Entry(search_path="kb_rules", file="facts", name="drop_facts")
 _open_session = Entry(search_path="planner_golog", file="steps", name="open_session")
 _close_session = Entry(search_path="planner_golog", file="steps", name="close_session")
-_make_plan = Entry(search_path="planner_golog", file="steps", name="make_plan")
+_look_ahead = Entry(search_path="planner_golog", file="planning", name="look_ahead")
+_search_plan = Entry(search_path="planner_golog", file="planning", name="search_plan")
 
 
 def plan(body: Term, world: World, max_nodes: int) -> Any:
@@ -26,7 +27,8 @@ def plan(body: Term, world: World, max_nodes: int) -> Any:
     _load_facts([*world.facts(_REVISION), *request(body, _REVISION)])
     try:
         _open_session(struct("request", "test", _REVISION, "Main", world.limit, 0))
-        return _make_plan(struct("plan", "test", 0, travel_table(world), max_nodes))
+        _look_ahead(struct("ahead", "test", 0, travel_tables(world)))
+        return _search_plan(struct("search", "test", max_nodes, -1))
     finally:
         _close_session("test")
         _drop_facts(_REVISION)
@@ -42,7 +44,7 @@ def case(seed: int) -> tuple[Term, Tree, World]:
 
 def robot_time_ms(answer: Any) -> int:
     """The sum of what the steps of robots take."""
-    return sum(end - start for start, end, _, robot, *_ in answer["steps"] if robot != "none")
+    return sum(len(robots) * (end - start) for start, end, _, robots, *_ in answer["steps"])
 
 
 def test_a_plan_has_the_least_makespan_and_then_the_least_robot_time() -> None:

@@ -1,0 +1,408 @@
+"""OWL-S style control constructs and conditions -> Golog terms.
+
+The constructs map one to one (the Golog side is documented in planner/golog/syntax.pl); C are conditions:
+
+    Sequence [P, ...]   SplitJoin conc([P, ...])   Prioritized pconc([P, ...])
+    AnyOrder any_order(Frame, Step, [P, ...])   Choice choice(Frame, Step, [P, ...])
+    IfThenElse if(C, P, Q)   RepeatWhile while(C, P)   RepeatUntil until(P, C)   Iterate star(Frame, Step, P)
+    ForEach foreach(Frame, Step, [Var-Class, ...], C, Inner, P)   Pick pick(Frame, Step, Var, Class, P)
+    Interrupt interrupt(Frame, Step, [Var-Class, ...], C, P)   Await test(C)
+    Lookahead search(P)   Deadline deadline(Milliseconds, P)   Perform call(Frame, Step, Head)
+
+Split alone has no term: what follows it in its sequence is a part beside its own,
+[A, Split([P, ...]), B] is [A, conc([P, ..., [B]])]. A SimpleProcess, a task type, is a choice between the
+processes that realize it: choice(Frame, recipe, [call(Frame, Recipe, Head), ...]).
+
+Frame stands for the invocation. Parameters that are individuals become logical variables; locals that are
+data become places `loc(Frame, Name)`, written by the step that outputs them and read by later ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from kb.ontology import Ontology
+from kb.problems import Problem
+from kb.processes import Parameter, Process, Role
+from kb.terms import Struct, Term, Var, render, struct
+from kb.vocabulary import Kind, Property
+
+MS_PER_S = 1000
+_FRAME = Var("Frame")
+
+
+class Constructs:
+    """Makes the terms of the processes of one ontology, and gathers what is wrong with them.
+
+    Attributes:
+        problems: Why some construct or condition has no term.
+        calls: The processes that each process performs, in the order in which it names them.
+    """
+
+    def __init__(self, ontology: Ontology, processes: Mapping[str, Process]) -> None:
+        self.problems: list[Problem] = []
+        self.calls: dict[str, list[str]] = {}
+        self._ontology = ontology
+        self._processes = processes
+        self._repeating: dict[tuple[str, str], str] = {}
+
+    def body(self, process: Process) -> Term:
+        """What a composite process does, or the choice that a task type is."""
+        if self._ontology.is_a(process.name, Kind.SIMPLE_PROCESS):
+            return self._choice_of_recipes(process)
+        return self._construct(self.scope(process), self.part(process.name, Property.COMPOSED_OF))
+
+    def scope(self, process: Process) -> Scope:
+        """The parameters of a process as terms, outside of all its constructs."""
+        return Scope(self, process, frame=_FRAME, frames={}, bound=frozenset())
+
+    def repeating(self, process: str, term: Term) -> str:
+        """The construct, by name, that a loop or interrupt was made of."""
+        return self._repeating[process, render(term)]
+
+    def problem(self, code: str, entity: str, message: str) -> None:
+        """Remember what is wrong with an entity."""
+        self.problems.append(self._ontology.problem(code, entity, message))
+
+    def parts(self, entity: str, prop: Property) -> list[str]:
+        """What an entity has for a property, by name."""
+        return [str(v) for v in self._ontology.values(prop, entity)]
+
+    def part(self, entity: str, prop: Property) -> str:
+        """The one thing that an entity has for a property; shapes have checked that there is one."""
+        return str(self._ontology.value(prop, entity))
+
+    # Control constructs
+
+    def _construct(self, scope: Scope, entity: str) -> Term:
+        def steps() -> list[Term]:
+            return [self._construct(scope, step) for step in self.parts(entity, Property.HAS_STEP)]
+
+        def body(within: Scope = scope, prop: Property = Property.BODY_STEP) -> Term:
+            return self._construct(within, self.part(entity, prop))
+
+        def asked(within: Scope = scope) -> Term:
+            return self.condition(within, self.part(entity, Property.HAS_CONDITION))
+
+        def variables() -> list[Term]:
+            return [struct("-", variable(p), p.kind) for p in scope.over(entity)]
+
+        match self._construct_kind(entity):
+            case Kind.SEQUENCE:
+                return self._sequence(scope, self._in_order(entity))
+            case Kind.SPLIT | Kind.SPLIT_JOIN:
+                return struct("conc", steps())
+            case Kind.PRIORITIZED:
+                return struct("pconc", [self._construct(scope, step) for step in self._in_order(entity)])
+            case Kind.ANY_ORDER:
+                return struct("any_order", scope.frame, entity, steps())
+            case Kind.CHOICE:
+                return struct("choice", scope.frame, entity, steps())
+            case Kind.IF_THEN_ELSE:
+                has_else = self._ontology.value(Property.ELSE_STEP, entity) is not None
+                return struct(
+                    "if", asked(), body(prop=Property.THEN_STEP), body(prop=Property.ELSE_STEP) if has_else else []
+                )
+            case Kind.REPEAT_WHILE:
+                return self._repeated(scope, entity, struct("while", asked(), body()))
+            case Kind.REPEAT_UNTIL:
+                return self._repeated(scope, entity, struct("until", body(), asked()))
+            case Kind.ITERATE:
+                return self._repeated(scope, entity, struct("star", scope.frame, entity, body()))
+            case Kind.INTERRUPT:
+                within = scope.binding(entity)
+                term = struct("interrupt", scope.frame, entity, variables(), asked(within), body(within))
+                return self._repeated(scope, entity, term)
+            case Kind.FOR_EACH:
+                within = scope.binding(entity)
+                inner = within.inner(self._written(scope.process, self.part(entity, Property.BODY_STEP)))
+                return struct("foreach", scope.frame, entity, variables(), asked(within), inner.frame, body(inner))
+            case Kind.PICK:
+                if not (over := scope.over(entity)):
+                    return []  # reported already
+                [picked] = over
+                return struct("pick", scope.frame, entity, variable(picked), picked.kind, body(scope.binding(entity)))
+            case Kind.AWAIT:
+                return struct("test", asked())
+            case Kind.LOOKAHEAD:
+                return struct("search", body())
+            case Kind.DEADLINE:
+                seconds = float(self.part(entity, Property.DEADLINE_S))
+                return struct("deadline", round(seconds * MS_PER_S), body())
+            case Kind.PERFORM:
+                return self._perform(scope, entity)
+            case _:
+                self.problem("KB107", entity, "is not a control construct that we know")
+                return []
+
+    def _construct_kind(self, entity: str) -> Kind | None:
+        kinds = self._ontology.kinds.get(entity, frozenset())
+        return next((k for k in _CONSTRUCTS if k in kinds), None)
+
+    def _sequence(self, scope: Scope, steps: list[str]) -> list[Term]:
+        terms: list[Term] = []
+        for number, step in enumerate(steps, start=1):
+            if self._ontology.is_a(step, Kind.SPLIT):
+                begun = [self._construct(scope, s) for s in self.parts(step, Property.HAS_STEP)]
+                rest = self._sequence(scope, steps[number:])
+                return [*terms, struct("conc", [*begun, rest] if rest else begun)]
+            terms.append(self._construct(scope, step))
+        return terms
+
+    def _repeated(self, scope: Scope, entity: str, term: Term) -> Term:
+        self._repeating[scope.process.name, render(term)] = entity
+        return term
+
+    def _in_order(self, entity: str) -> list[str]:
+        def number(step: str) -> tuple[float, str]:
+            value = self._ontology.value(Property.STEP_NUMBER, step)
+            return (float(value) if isinstance(value, int | float) else 0.0, step)
+
+        return sorted(self.parts(entity, Property.HAS_STEP), key=number)
+
+    def _written(self, process: Process, construct: str) -> frozenset[str]:
+        """The parameters of a process, by entity, that some step within a construct outputs."""
+        written: set[str] = set()
+        todo = [construct]
+        for entity in todo:
+            todo += [s for s in self.parts(entity, Property.HAS_STEP) if s not in todo]
+            callee = self._processes.get(self.part(entity, Property.PERFORMS))
+            if callee is None:
+                continue
+            bound = {
+                self.part(b, Property.TO_PARAMETER): self.part(b, Property.FROM_PARAMETER)
+                for b in self.parts(entity, Property.HAS_BINDING)
+            }
+            for output in callee.outputs:
+                same_name = process.parameter(output.name)
+                written.add(bound.get(output.entity, same_name.entity if same_name else ""))
+        return frozenset(written)
+
+    # Performing processes
+
+    def _perform(self, scope: Scope, entity: str) -> Term:
+        performed = self.part(entity, Property.PERFORMS)
+        callee = self._processes.get(performed)
+        if callee is None:
+            told = f"performs {performed}, which is no AtomicProcess, CompositeProcess or SimpleProcess"
+            self.problem("KB106", entity, told)
+            return []
+        self.calls.setdefault(scope.process.name, []).append(callee.name)
+        bindings = {self.part(b, Property.TO_PARAMETER): b for b in self.parts(entity, Property.HAS_BINDING)}
+        arguments = []
+        for parameter in callee.arguments:
+            binding = bindings.pop(parameter.entity, None)
+            arguments.append(self._argument(scope, entity, callee, parameter, binding))
+        for stray in bindings:
+            self.problem("KB117", entity, f"binds {stray}, which is no parameter of {callee.name}")
+        return struct("call", scope.frame, entity, _bound(callee, arguments))
+
+    def _argument(self, scope: Scope, entity: str, callee: Process, parameter: Parameter, binding: str | None) -> Term:
+        if binding is not None:
+            source = scope.parameter(self.part(binding, Property.FROM_PARAMETER))
+            of_property = self._ontology.value(Property.OF_PROPERTY, binding)
+            if of_property is not None and source is not None:
+                return struct("fluent", str(of_property), scope.term(source.entity, entity))
+        else:
+            source = scope.process.parameter(parameter.name)
+        if source is None:
+            if parameter.role is Role.OUTPUT:
+                return struct("loc", scope.frame, f"{entity}_{parameter.name}")
+            self.problem(
+                "KB110",
+                entity,
+                f"the input {parameter.name} of {callee.name} is not bound; give {scope.process.name} "
+                f"a parameter named {parameter.name!r}, or this step a Binding to {parameter.entity}",
+            )
+            return []
+        if not (self._is_below(source.kind, parameter.kind) or self._is_below(parameter.kind, source.kind)):
+            self.problem(
+                "KB112",
+                entity,
+                f"{parameter.name} of {callee.name} is a {parameter.kind}, but {source.name} of "
+                f"{scope.process.name} is a {source.kind}",
+            )
+        return scope.term(source.entity, entity)
+
+    def _is_below(self, kind: str, other: str) -> bool:
+        return other in self._ontology.superclasses.get(kind, {kind})
+
+    def _choice_of_recipes(self, task: Process) -> Term:
+        realizing = [p for name, p in sorted(self._processes.items()) if task.name in self._realized_by(name)]
+        if not realizing:
+            told = "is a task type that no process realizes; let a CompositeProcess or AtomicProcess 'realizes' it"
+            self.problem("KB130", task.name, told)
+        calls: list[Term] = []
+        for recipe in realizing:
+            self._refuse_unfit(task, recipe)
+            self.calls.setdefault(task.name, []).append(recipe.name)
+            given: list[Term] = [
+                variable(parameter)
+                if task.parameter(parameter.name)
+                else struct("loc", _FRAME, f"{recipe.name}_{parameter.name}")
+                for parameter in recipe.arguments
+            ]
+            calls.append(struct("call", _FRAME, recipe.name, _bound(recipe, given)))
+        return struct("choice", _FRAME, "recipe", calls)
+
+    def _realized_by(self, process: str) -> list[str]:
+        return self.parts(process, Property.REALIZES)
+
+    def _refuse_unfit(self, task: Process, recipe: Process) -> None:
+        """What a task type is given, each recipe must be able to take; what it promises, to make."""
+        told: list[str] = []
+        given = {p.name: p for p in task.inputs}
+        for parameter in recipe.inputs:
+            source = given.get(parameter.name)
+            if source is None:
+                told.append(f"needs the input {parameter.name!r}, which {task.name} does not have")
+            elif parameter.role is Role.ROBOT and source.role is not Role.ROBOT:
+                told.append(f"{parameter.name!r} is an input of {task.name} and no RobotParameter")
+            elif parameter.role is not Role.ROBOT and not self._is_below(source.kind, parameter.kind):
+                # A robot of a narrower class is a matter of capability: kb/compiler.py.
+                told.append(
+                    f"takes a {parameter.kind} for {parameter.name!r}, but {task.name} may be given any {source.kind}"
+                )
+        made = {p.name: p for p in recipe.outputs}
+        for output in task.outputs:
+            if output.name not in made:
+                told.append(f"lacks the output {output.name!r}, which {task.name} promises")
+            elif not self._is_below(made[output.name].kind, output.kind):
+                told.append(
+                    f"makes a {made[output.name].kind} for {output.name!r}; {task.name} promises a {output.kind}"
+                )
+        for each in told:
+            self.problem("KB129", recipe.name, f"realizes {task.name}, but {each}")
+
+    # Conditions
+
+    def condition(self, scope: Scope, entity: str) -> Term:
+        """A condition of a process."""
+
+        def operands() -> list[Term]:
+            return [self.condition(scope, o) for o in self.parts(entity, Property.OPERAND)]
+
+        if self._ontology.is_a(entity, Kind.ALL_OF):
+            return struct("all", operands())
+        if self._ontology.is_a(entity, Kind.ANY_OF):
+            return struct("any", operands())
+        if self._ontology.is_a(entity, Kind.NOT):
+            return struct("not", operands()[0])
+        if self._ontology.is_a(entity, Kind.HOLDS):
+            return struct("holds", self.part(entity, Property.OF_PROPERTY), scope.subject(entity), scope.object(entity))
+        if self._ontology.is_a(entity, Kind.COMPARE):
+            comparison = self.part(entity, Property.COMPARISON).replace(" ", "_")
+            left = struct("value", self.part(entity, Property.OF_PROPERTY), scope.subject(entity))
+            right = scope.object(entity)
+            if self._ontology.value(Property.OBJECT_PROPERTY, entity) is not None:
+                right = struct("value", self.part(entity, Property.OBJECT_PROPERTY), right)
+            return struct("compare", comparison, left, right)
+        return struct("is_true", scope.term(self.part(entity, Property.OF_TRUTH_VALUE), entity))
+
+    def literal(self, entity: str) -> Term | None:
+        """The value that a condition or effect states itself."""
+        return self._ontology.value(Property.HAS_VALUE, entity)
+
+
+_CONSTRUCTS = (
+    Kind.SEQUENCE,
+    Kind.SPLIT,
+    Kind.SPLIT_JOIN,
+    Kind.PRIORITIZED,
+    Kind.ANY_ORDER,
+    Kind.CHOICE,
+    Kind.IF_THEN_ELSE,
+    Kind.REPEAT_WHILE,
+    Kind.REPEAT_UNTIL,
+    Kind.ITERATE,
+    Kind.INTERRUPT,
+    Kind.FOR_EACH,
+    Kind.PICK,
+    Kind.AWAIT,
+    Kind.LOOKAHEAD,
+    Kind.DEADLINE,
+    Kind.PERFORM,
+)
+
+
+class Scope:
+    """The parameters of a process as terms, within one frame."""
+
+    def __init__(
+        self,
+        constructs: Constructs,
+        process: Process,
+        *,
+        frame: Var,
+        frames: Mapping[str, Var],
+        bound: frozenset[str],
+    ) -> None:
+        self.process = process
+        self.frame = frame
+        self._constructs = constructs
+        self._frames = frames
+        """Parameters, by entity, that belong to the turn of a for-each."""
+        self._bound = bound
+        """Parameters, by entity, that a for-each, pick or interrupt around goes over."""
+
+    def binding(self, construct: str) -> Scope:
+        """The scope within a for-each, pick or interrupt: what it goes over has a value there."""
+        bound = self._bound | {p.entity for p in self.over(construct)}
+        return Scope(self._constructs, self.process, frame=self.frame, frames=self._frames, bound=bound)
+
+    def inner(self, written: frozenset[str]) -> Scope:
+        """The scope of one turn of a for-each: the data written in it belong to that turn."""
+        frame = Var("Inner" + self.frame.name)
+        frames = {**self._frames, **dict.fromkeys(written, frame)}
+        return Scope(self._constructs, self.process, frame=frame, frames=frames, bound=self._bound)
+
+    def parameter(self, entity: str) -> Parameter | None:
+        """A parameter of the process, by entity."""
+        return next((p for p in self.process.parameters if p.entity == entity), None)
+
+    def term(self, entity: str, user: str) -> Term:
+        """A parameter, by entity, as the step or condition `user` reads or writes it."""
+        parameter = self.parameter(entity)
+        if parameter is None:
+            self._constructs.problem("KB124", entity, f"is used in {self.process.name}, but is no parameter of it")
+            return []
+        if parameter.is_datum and (parameter.role is Role.LOCAL or entity in self._frames):
+            return struct("loc", self._frames.get(entity, _FRAME), parameter.name)
+        if parameter.role is Role.LOCAL and entity not in self._bound:
+            told = f"is used by {user}, but no ForEach or Pick around it goes over it"
+            self._constructs.problem("KB126", entity, told)
+        return variable(parameter)
+
+    def over(self, construct: str) -> list[Parameter]:
+        """The parameters that a for-each, pick or interrupt goes over."""
+        entities = self._constructs.parts(construct, Property.OVER_PARAMETER)
+        for entity in entities:
+            if self.parameter(entity) is None:
+                told = f"goes over {entity}, which is no parameter of {self.process.name}"
+                self._constructs.problem("KB124", construct, told)
+        return [p for p in self.process.parameters if p.entity in entities]
+
+    def subject(self, entity: str) -> Term:
+        """Whom a condition or effect speaks of."""
+        return self.term(self._constructs.part(entity, Property.SUBJECT_PARAMETER), entity)
+
+    def object(self, entity: str) -> Term:
+        """The value that a condition or effect speaks of."""
+        literal = self._constructs.literal(entity)
+        if literal is not None:
+            return literal
+        return self.term(self._constructs.part(entity, Property.OBJECT_PARAMETER), entity)
+
+
+def variable(parameter: Parameter) -> Var:
+    """The logical variable of a parameter."""
+    return Var(parameter.name[0].upper() + parameter.name[1:])
+
+
+def head(process: Process) -> Term:
+    """A process with its parameters as variables."""
+    return _bound(process, [variable(p) for p in process.arguments])
+
+
+def _bound(process: Process, arguments: list[Term]) -> Term:
+    return Struct(process.name, tuple(arguments)) if arguments else process.name

@@ -1,0 +1,167 @@
+"""What each process asks for and brings about, read from the ontology for the checker of plans.
+
+This is a reading of its own: it shares no code with kb/compiler.py, which tells the same to the planner.
+Parameters are variables by their names in the ontology.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from kb.ontology import Ontology, Value
+from kb.processes import Role
+from kb.store import Snapshot
+from kb.terms import Struct, Term, Var
+from kb.vocabulary import Kind, Property
+
+Definitions = Mapping[str, tuple[tuple[Term, ...], Term]]
+"""Parameters and body of each composite process, by name."""
+
+_MS_PER_S = 1000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Demand:
+    """A process as the ontology describes it.
+
+    Attributes:
+        parameters: Names, in the order of a call's arguments.
+        robots: Numbers of the parameters (from 0) that are robots, the one that travels first.
+        capabilities: For each of `robots`, the classes to which it must belong.
+        preconditions: Conditions over the parameters.
+        effects: (property, subject, value) that hold when it has ended.
+        claims: What it uses alone, or as far as its capacity goes.
+        keeps_robots: From its first step to its end, its robots do nothing else.
+        one_step: It is a single step of a plan; else its body is.
+        fixed_ms: How long one try takes, besides the travel.
+        travel: The traveling robot and where to.
+        odds: Probability that a try succeeds.
+    """
+
+    name: str
+    parameters: tuple[str, ...]
+    robots: tuple[int, ...]
+    capabilities: tuple[frozenset[str], ...]
+    preconditions: tuple[Term, ...]
+    effects: tuple[tuple[str, Term, Term], ...]
+    claims: tuple[Term, ...]
+    keeps_robots: bool
+    one_step: bool
+    fixed_ms: int
+    travel: tuple[Term, Term] | None
+    odds: float
+
+
+class Demands:
+    """The demands of all processes of a program, each read when it is first asked for."""
+
+    def __init__(self, snapshot: Snapshot, definitions: Definitions) -> None:
+        self._ontology: Ontology = snapshot.ontology
+        self._processes = snapshot.processes
+        self._definitions = definitions
+        self._read: dict[str, Demand] = {}
+
+    def of(self, name: str) -> Demand:
+        """The demand of a process.
+
+        Raises:
+            KeyError: There is no such process.
+        """
+        if name not in self._read:
+            self._read[name] = self._demand(name)
+        return self._read[name]
+
+    def _demand(self, name: str) -> Demand:
+        arguments = self._processes[name].arguments
+        robots = tuple(n for n, p in enumerate(arguments) if p.role is Role.ROBOT)
+        model = self._ontology.value(Property.HAS_DURATION_MODEL, name)
+        seconds = self._ontology.value(Property.DURATION_S, name)
+        odds = self._ontology.value(Property.SUCCESS_ODDS, name)
+        return Demand(
+            name=name,
+            parameters=tuple(p.name for p in arguments),
+            robots=robots,
+            capabilities=tuple(frozenset(self._required(name, n, ())) for n in robots),
+            preconditions=tuple(self._condition(e) for e in self._names(Property.HAS_PRECONDITION, name)),
+            effects=tuple(self._effects(name)),
+            claims=tuple(self._parameter(e) for e in self._names(Property.CLAIMS_PARAMETER, name)),
+            keeps_robots=self._ontology.value(Property.KEEPS_ROBOT, name) is True,
+            one_step=model is not None or name not in self._definitions,
+            fixed_ms=round(float(seconds) * _MS_PER_S) if isinstance(seconds, int | float) else 0,
+            travel=None if model is None else self._travel(str(model)),
+            odds=float(odds) if isinstance(odds, int | float) else 1.0,
+        )
+
+    def _names(self, prop: Property, entity: str) -> list[str]:
+        return [str(v) for v in self._ontology.values(prop, entity)]
+
+    def _parameter(self, entity: Value | None) -> Term:
+        return Var(str(self._ontology.value(Property.PARAMETER_NAME, str(entity))))
+
+    def _travel(self, model: str) -> tuple[Term, Term]:
+        robot = self._ontology.value(Property.TRAVELING_ROBOT, model)
+        return self._parameter(robot), self._parameter(self._ontology.value(Property.TRAVEL_GOAL, model))
+
+    def _effects(self, name: str) -> Iterator[tuple[str, Term, Term]]:
+        for entity in self._names(Property.HAS_EFFECT, name):
+            prop = str(self._ontology.value(Property.OF_PROPERTY, entity))
+            yield prop, self._subject(entity), self._object(entity)
+
+    def _subject(self, entity: str) -> Term:
+        return self._parameter(self._ontology.value(Property.SUBJECT_PARAMETER, entity))
+
+    def _object(self, entity: str) -> Term:
+        value = self._ontology.value(Property.HAS_VALUE, entity)
+        return self._parameter(self._ontology.value(Property.OBJECT_PARAMETER, entity)) if value is None else value
+
+    def _condition(self, entity: str) -> Term:
+        """A condition, in the terms of programs."""
+        operands: list[Term] = [self._condition(e) for e in self._names(Property.OPERAND, entity)]
+        prop = self._ontology.value(Property.OF_PROPERTY, entity)
+        if self._ontology.is_a(entity, Kind.ALL_OF):
+            return Struct("all", (operands,))
+        if self._ontology.is_a(entity, Kind.ANY_OF):
+            return Struct("any", (operands,))
+        if self._ontology.is_a(entity, Kind.NOT):
+            return Struct("not", (operands[0],))
+        if self._ontology.is_a(entity, Kind.HOLDS):
+            return Struct("holds", (str(prop), self._subject(entity), self._object(entity)))
+        if self._ontology.is_a(entity, Kind.COMPARE):
+            comparison = str(self._ontology.value(Property.COMPARISON, entity)).replace(" ", "_")
+            left = Struct("value", (str(prop), self._subject(entity)))
+            other = self._ontology.value(Property.OBJECT_PROPERTY, entity)
+            right = self._object(entity) if other is None else Struct("value", (str(other), self._object(entity)))
+            return Struct("compare", (comparison, left, right))
+        return Struct("is_true", (self._parameter(self._ontology.value(Property.OF_TRUTH_VALUE, entity)),))
+
+    # What a process requires of a robot
+
+    def _required(self, name: str, position: int, above: tuple[str, ...]) -> set[str]:
+        """The classes that a process asks of one of its robots, itself or through what it may come to perform."""
+        own = set(self._names(Property.REQUIRES_CAPABILITY, name))
+        own |= {self._processes[name].arguments[position].kind} - {Kind.ROBOT}
+        if name in self._definitions and name not in above:
+            parameters, body = self._definitions[name]
+            own |= self._asked(body, parameters[position], (*above, name))
+        return own
+
+    def _asked(self, program: Term, robot: Term, above: tuple[str, ...]) -> set[str]:
+        match program:
+            case Struct("call", (_, _, Struct(callee, arguments))):
+                takes = self._processes[callee].arguments
+                places = [n for n, a in enumerate(arguments) if a == robot and takes[n].role is Role.ROBOT]
+                return set().union(*(self._required(callee, n, above) for n in places))
+            case Struct("choice", (_, _, list(branches))):
+                return set.intersection(*(self._asked(b, robot, above) for b in branches)) if branches else set()
+            case Struct("star"):
+                return set()  # it may be done no time
+            case Struct(_, parts):
+                return self._all_asked(parts, robot, above)
+            case list(parts):
+                return self._all_asked(parts, robot, above)
+            case _:
+                return set()
+
+    def _all_asked(self, parts: Sequence[Term], robot: Term, above: tuple[str, ...]) -> set[str]:
+        return set().union(*(self._asked(p, robot, above) for p in parts))

@@ -1,0 +1,280 @@
+"""A moment of a plan as the checker replays it: what is true then, who is busy, what is in use."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from kb.store import Snapshot
+from kb.terms import Struct, Term, Var
+
+Binding: TypeAlias = Mapping[str, Term]
+"""Values of variables by name."""
+
+
+_Conjunct: TypeAlias = tuple[Term, frozenset[str]]
+"""A condition that has to hold, and the variables in it."""
+
+
+class CannotCheck(Exception):
+    """The program has a term that no reading is known of; the text says which. Compiled programs have none."""
+
+
+class OnlyActingTells(Exception):
+    """A condition depends on what only acting finds out.
+
+    Attributes:
+        place: Where the executive will keep the truth value: `Frame/Name`.
+    """
+
+    def __init__(self, place: str) -> None:
+        super().__init__(place)
+        self.place = place
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """A step that is running, or a composite process that has begun."""
+
+    name: str
+    arguments: tuple[Term, ...]
+    robots: tuple[str, ...]
+    end_ms: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Moment:
+    """Times in milliseconds since the clock was made.
+
+    Attributes:
+        fluents: Values that effects have set, by (property, subject).
+        running: Steps by id.
+        busy: The step that each robot does, by robot.
+        held: What keeps a robot, by robot.
+        claimed: Ids of what uses a resource, by resource.
+        team: All robots that have taken part.
+        worked_ms: How long each robot has been busy with steps, those that run taken whole.
+        taken: How many of the plan's answers to each choice have been used, by id of the choice.
+    """
+
+    now_ms: int
+    fluents: Mapping[tuple[str, str], Term]
+    running: Mapping[str, Run]
+    busy: Mapping[str, str]
+    held: Mapping[str, str]
+    claimed: Mapping[str, tuple[str, ...]]
+    team: frozenset[str]
+    worked_ms: Mapping[str, int]
+    taken: Mapping[str, int]
+
+
+def bound(term: Term, binding: Binding) -> Term:
+    """A term with the values of its variables."""
+    if isinstance(term, str):
+        return term
+    if isinstance(term, Var):
+        return binding.get(term.name, term)
+    if isinstance(term, Struct):
+        return Struct(term.functor, tuple([bound(a, binding) for a in term.args]))
+    return [bound(a, binding) for a in term] if isinstance(term, list) else term
+
+
+def shown(value: Term) -> str:
+    """An argument as plans show it: an individual by name, data by where they are."""
+    match value:
+        case Struct("loc", (frame, name)):
+            return f"{frame}/{name}"
+        case Struct("fluent", (prop, subject)):
+            return f"{prop}({subject})"
+        case _:
+            return str(value)
+
+
+def same(one: Term, other: Term) -> bool:
+    """Whether two values are one; true is not 1, and 1 is not 1.0."""
+    return type(one) is type(other) and one == other
+
+
+_COMPARISONS = {
+    "less": operator.lt,
+    "at_most": operator.le,
+    "more": operator.gt,
+    "at_least": operator.ge,
+    "equal": operator.eq,
+}
+
+
+class Knowledge:
+    """What is known of a moment: the ontology, what was told, what effects have set since."""
+
+    def __init__(self, snapshot: Snapshot, truths: Mapping[str, bool]) -> None:
+        """Take what is known when the plan begins.
+
+        Args:
+            truths: What actions have found out, by place.
+        """
+        self._ontology = snapshot.ontology
+        self._told = snapshot.fluents
+        self._truths = truths
+        self._members: dict[str, list[str]] = {}
+
+    def is_a(self, individual: str, kind: str) -> bool:
+        """Whether an individual belongs to a class."""
+        return self._ontology.is_a(individual, kind)
+
+    def members(self, kind: str) -> list[str]:
+        """The individuals of a class, by name."""
+        if kind not in self._members:
+            self._members[kind] = self._ontology.individuals(kind)
+        return self._members[kind]
+
+    def values(self, prop: str, subject: str, moment: Moment) -> Sequence[Term]:
+        """All values of a property."""
+        if (prop, subject) in moment.fluents:
+            return (moment.fluents[prop, subject],)
+        stated = self._ontology.values(prop, subject)
+        told = self._told.get((prop, subject))
+        return stated if told is None or told in stated[-1:] else (told,)
+
+    def number(self, prop: str, subject: str, moment: Moment) -> float | None:
+        """The value of a property that is a number."""
+        for value in self.values(prop, subject, moment):
+            if isinstance(value, int | float) and not isinstance(value, bool):
+                return value
+        return None
+
+    def holds(self, condition: Term, binding: Binding, moment: Moment) -> bool:
+        """Whether a condition holds; what is not known to hold does not.
+
+        Raises:
+            OnlyActingTells: It depends on that.
+        """
+        match condition:
+            case Struct("all", (list(parts),)):
+                return self._decided(parts, binding, moment, by=False)
+            case Struct("any", (list(parts),)):
+                return self._decided(parts, binding, moment, by=True)
+            case Struct("not", (part,)):
+                return not self.holds(part, binding, moment)
+            case Struct("holds", (str(prop), subject, value)):
+                wanted = bound(value, binding)
+                known = self.values(prop, _individual(subject, binding), moment)
+                return any(same(wanted, v) for v in known)
+            case Struct("compare", (str(comparison), left, right)):
+                one, other = self._operand(left, binding, moment), self._operand(right, binding, moment)
+                return one is not None and other is not None and bool(_COMPARISONS[comparison](one, other))
+            case Struct("is_true", (location,)):
+                place = shown(bound(location, binding))
+                if place not in self._truths:
+                    raise OnlyActingTells(place)
+                return self._truths[place]
+            case _:
+                raise CannotCheck(f"no condition: {condition}")
+
+    def _decided(self, parts: list[Term], binding: Binding, moment: Moment, *, by: bool) -> bool:
+        """Whether any part holds (by=True), or all do; one part may decide though others are not known."""
+        unknown: OnlyActingTells | None = None
+        for part in parts:
+            try:
+                if self.holds(part, binding, moment) is by:
+                    return by
+            except OnlyActingTells as tells:
+                unknown = tells
+        if unknown is not None:
+            raise unknown
+        return not by
+
+    def _operand(self, term: Term, binding: Binding, moment: Moment) -> float | None:
+        match term:
+            case Struct("value", (str(prop), subject)):
+                return self.number(prop, _individual(subject, binding), moment)
+            case _:
+                value = bound(term, binding)
+                return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+    def solutions(
+        self, over: Sequence[tuple[str, str]], condition: Term, binding: Binding, moment: Moment
+    ) -> list[tuple[str, ...]]:
+        """The individuals of which a condition holds, in order of name.
+
+        Args:
+            over: Variables and their classes.
+
+        Raises:
+            OnlyActingTells: For some of them, it depends on that.
+        """
+        kinds = dict(over)
+        conditions = [(part, frozenset(_variables(part, kinds))) for part in _conjuncts(condition)]
+        found = self._join(kinds, conditions, dict(binding), moment)
+        return sorted({tuple([str(solution[name]) for name, _ in over]) for solution in found})
+
+    def _join(
+        self, kinds: Mapping[str, str], conditions: list[_Conjunct], binding: dict[str, Term], moment: Moment
+    ) -> Iterator[dict[str, Term]]:
+        """Extend a binding to all variables: conditions are asked as soon as they can be."""
+        left, unknown = [], None
+        for condition, variables in conditions:
+            if not variables <= binding.keys():
+                left.append((condition, variables))
+                continue
+            try:
+                if not self.holds(condition, binding, moment):
+                    return
+            except OnlyActingTells as tells:
+                left.append((condition, variables))
+                unknown = tells
+        free = [name for name in kinds if name not in binding]
+        if not free and unknown is not None:
+            raise unknown
+        if not free:
+            yield binding
+            return
+        name, values = self._next(kinds, left, binding, free, moment)
+        for value in values:
+            if isinstance(value, str) and self.is_a(value, kinds[name]):
+                yield from self._join(kinds, left, {**binding, name: value}, moment)
+
+    def _next(
+        self, kinds: Mapping[str, str], conditions: list[_Conjunct], binding: Binding, free: list[str], moment: Moment
+    ) -> tuple[str, Sequence[Term]]:
+        """The variable to bind next, and its candidates: where one is the value of something known, that is all."""
+        followed = set()
+        for condition, _ in conditions:
+            match condition:
+                case Struct("holds", (str(prop), subject, Var(name))) if name in free:
+                    individual = bound(subject, binding)
+                    if isinstance(individual, str):
+                        return name, self.values(prop, individual, moment)
+                    followed.add(name)
+        name = next((name for name in free if name not in followed), free[0])
+        return name, self.members(kinds[name])
+
+
+def _individual(term: Term, binding: Binding) -> str:
+    individual = bound(term, binding)
+    if isinstance(individual, Var):
+        raise CannotCheck(f"nothing says who {individual.name} is")
+    return str(individual)
+
+
+def _conjuncts(condition: Term) -> Iterator[Term]:
+    match condition:
+        case Struct("all", (list(parts),)):
+            for part in parts:
+                yield from _conjuncts(part)
+        case _:
+            yield condition
+
+
+def _variables(term: Term, among: Mapping[str, str]) -> set[str]:
+    match term:
+        case Var(name):
+            return {name} & among.keys()
+        case Struct(_, parts):
+            return set().union(*(_variables(p, among) for p in parts))
+        case list():
+            return set().union(*(_variables(p, among) for p in term))
+        case _:
+            return set()

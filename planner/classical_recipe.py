@@ -1,0 +1,201 @@
+"""A plan for a goal, kept as a recipe: a composite process in the ontology.
+
+What the goal names becomes an input, so that the recipe serves for other individuals too; what the plan
+chose beside (robots, places) is left to be picked anew, as fast as may be, wherever the recipe is used.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from xml.sax.saxutils import escape, quoteattr
+
+from kb.store import Snapshot
+from kb.terms import Struct, Term
+from kb.vocabulary import CORE, CORE_IRI, Kind, Property
+from planner.classical_goal import BadGoal, GoalPlan
+
+_NAME = re.compile(r"[A-Z][A-Za-z0-9_]*")
+_RDF = "http://www.w3.org/1999/02/22-rdf-syntax-ns#"
+_XSD = "http://www.w3.org/2001/XMLSchema#"
+
+
+def as_owl(plan: GoalPlan, name: str, snapshot: Snapshot) -> str:
+    """Write a plan as an ontology file with one composite process.
+
+    Args:
+        plan: One with steps.
+        name: Of the process, such as `FindBoth`; the file is to be saved as `tasks/find_both.owl`, say, and imported
+            where it shall be known.
+
+    Returns:
+        RDF/XML in UTF-8. Its ontology is named for the process and imports what defines the processes it performs.
+
+    Raises:
+        BadGoal: The plan has no steps, or the name is no new name of a process.
+    """
+    if not _NAME.fullmatch(name):
+        raise BadGoal(name, "is no name for a process; begin with a capital, then letters, digits and underscores")
+    if name in snapshot.ontology.kinds or name in snapshot.processes:
+        raise BadGoal(name, "is the name of something else already; choose another for the recipe")
+    if not plan.steps:
+        raise BadGoal(plan.goal.text, f"there are no steps to keep as a recipe: {plan.reason}")
+    return _Writer(plan, name, snapshot).text()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Thing:
+    """An individual of the file: its class, what it is related to, its numbers and names."""
+
+    name: str
+    kind: str
+    relations: tuple[tuple[str, str], ...] = ()
+    values: tuple[tuple[str, str | int], ...] = ()
+
+
+class _Writer:
+    def __init__(self, plan: GoalPlan, name: str, snapshot: Snapshot) -> None:
+        self._plan, self._name, self._snapshot = plan, name, snapshot
+        self._program: Term = plan.program or []
+        graph = snapshot.ontology.graph
+        self._iris = {str(s).rpartition("#")[2]: str(s) for s in graph.subjects() if "#" in str(s)}
+        self._iri = f"{CORE_IRI.rpartition('/')[0]}/{_snake(name)}.owl"
+        self._kinds = self._parameters()
+        self._things: list[_Thing] = []
+
+    def text(self) -> str:
+        """The file."""
+        body = self._construct(self._program)
+        picked = [i for i in self._kinds if i not in self._plan.goal.names]
+        for individual in reversed(picked):
+            thing = f"{self._name}_pick_{individual}"
+            over = (Property.OVER_PARAMETER, self._parameter(individual))
+            self._things.append(_Thing(name=thing, kind=Kind.PICK, relations=(over, (Property.BODY_STEP, body))))
+            body = thing
+        relations = [(Property.COMPOSED_OF, body)]
+        for number, (individual, kind) in enumerate(self._kinds.items(), start=1):
+            role = "Local" if individual in picked else "Input"
+            relations.append(
+                (Property.HAS_LOCAL if role == "Local" else Property.HAS_INPUT, self._parameter(individual))
+            )
+            values = ((Property.PARAMETER_NAME, _camel(individual)), (Property.PARAMETER_NUMBER, 10 * number))
+            relation = ((Property.PARAMETER_TYPE, kind),)
+            self._things.append(_Thing(name=self._parameter(individual), kind=role, relations=relation, values=values))
+        process = _Thing(name=self._name, kind=Kind.COMPOSITE_PROCESS, relations=tuple(relations))
+        individuals = "".join(self._individual(thing) for thing in [process, *self._things])
+        comment = f"Kept from a plan for the goal {self._plan.goal.text}."
+        imports = "".join(f'        <owl:imports rdf:resource="{escape(iri)}"/>\n' for iri in sorted(self._imports()))
+        return (
+            '<?xml version="1.0"?>\n'
+            f'<rdf:RDF xmlns="{self._iri}#"\n     xml:base="{self._iri}"\n     xmlns:core="{CORE}"\n'
+            f'     xmlns:owl="http://www.w3.org/2002/07/owl#"\n     xmlns:rdf="{_RDF}"\n'
+            '     xmlns:rdfs="http://www.w3.org/2000/01/rdf-schema#">\n'
+            f'    <owl:Ontology rdf:about="{self._iri}">\n{imports}'
+            f"        <rdfs:comment>{escape(comment)}</rdfs:comment>\n    </owl:Ontology>\n"
+            f"{individuals}</rdf:RDF>\n"
+        )
+
+    def _parameters(self) -> dict[str, str]:
+        """The class that each individual of the plan has to be of, by individual, in order of coming up."""
+        kinds: dict[str, str] = {}
+        for _, callee, arguments in _calls(self._program):
+            for parameter, argument in zip(self._snapshot.processes[callee].arguments, arguments, strict=True):
+                if isinstance(argument, str):
+                    kind = kinds.setdefault(argument, parameter.kind)
+                    if kind in self._snapshot.ontology.superclasses.get(parameter.kind, ()):
+                        kinds[argument] = parameter.kind
+        return kinds
+
+    def _parameter(self, individual: str) -> str:
+        return f"{self._name}_{individual}"
+
+    def _construct(self, program: Term) -> str:
+        match program:
+            case Struct("conc", (list(parts),)):
+                return self._block(Kind.SPLIT_JOIN, parts)
+            case list():
+                return self._block(Kind.SEQUENCE, program)
+            case Struct("call", (_, str(step), _)):
+                self._perform(program)
+                return f"{self._name}_{step}"
+            case _:
+                raise AssertionError(f"no part of a plan: {program!r}")
+
+    def _block(self, kind: Kind, parts: list[Term]) -> str:
+        number = sum(thing.kind in (Kind.SPLIT_JOIN, Kind.SEQUENCE) for thing in self._things) + 1
+        name = f"{self._name}_block_{number}"
+        place = len(self._things)
+        self._things.append(_Thing(name=name, kind=kind))
+        steps = [self._construct(part) for part in parts]
+        self._things[place] = _Thing(name=name, kind=kind, relations=tuple((Property.HAS_STEP, s) for s in steps))
+        if kind is Kind.SEQUENCE:
+            self._number(steps)
+        return name
+
+    def _number(self, steps: list[str]) -> None:
+        for place, thing in enumerate(self._things):
+            if thing.name in steps:
+                number = 10 * (steps.index(thing.name) + 1)
+                self._things[place] = _Thing(
+                    name=thing.name,
+                    kind=thing.kind,
+                    relations=thing.relations,
+                    values=((Property.STEP_NUMBER, number),),
+                )
+
+    def _perform(self, call: Struct) -> None:
+        [(step, callee, arguments)] = _calls(call)
+        name = f"{self._name}_{step}"
+        relations = [(str(Property.PERFORMS), callee)]
+        place = len(self._things)
+        self._things.append(_Thing(name=name, kind=Kind.PERFORM))
+        for parameter, argument in zip(self._snapshot.processes[callee].arguments, arguments, strict=True):
+            if isinstance(argument, str):
+                binding = f"{name}_{parameter.name}"
+                ends = ((Property.TO_PARAMETER, parameter.entity), (Property.FROM_PARAMETER, self._parameter(argument)))
+                relations.append((Property.HAS_BINDING, binding))
+                self._things.append(_Thing(name=binding, kind="Binding", relations=ends))
+        self._things[place] = _Thing(name=name, kind=Kind.PERFORM, relations=tuple(relations))
+
+    def _imports(self) -> set[str]:
+        used = {callee for _, callee, _ in _calls(self._program)} | set(self._kinds.values())
+        return {self._about(name).partition("#")[0] for name in used}
+
+    def _about(self, name: str) -> str:
+        own = name == self._name or name.startswith(f"{self._name}_")
+        return f"{self._iri}#{name}" if own else self._iris.get(name, CORE + name)
+
+    def _individual(self, thing: _Thing) -> str:
+        lines = [f'        <rdf:type rdf:resource="{CORE}{thing.kind}"/>']
+        lines += [f"        <core:{p} rdf:resource={quoteattr(self._about(to))}/>" for p, to in thing.relations]
+        for prop, value in thing.values:
+            typed = f' rdf:datatype="{_XSD}integer"' if isinstance(value, int) else ""
+            lines.append(f"        <core:{prop}{typed}>{escape(str(value))}</core:{prop}>")
+        about = quoteattr(self._about(thing.name))
+        return "\n".join([f"    <owl:NamedIndividual rdf:about={about}>", *lines, "    </owl:NamedIndividual>\n"])
+
+
+def _calls(program: Term) -> Iterator[tuple[str, str, tuple[Term, ...]]]:
+    """Step, process and arguments of all calls."""
+    match program:
+        case list():
+            for part in program:
+                yield from _calls(part)
+        case Struct("call", (_, str(step), Struct(callee, arguments))):
+            yield step, callee, arguments
+        case Struct("call", (_, str(step), str(callee))):
+            yield step, callee, ()
+        case Struct(_, parts):
+            yield from _calls(list(parts))
+        case _:
+            return
+
+
+def _snake(name: str) -> str:
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
+
+
+def _camel(individual: str) -> str:
+    first, *rest = re.split(r"[^A-Za-z0-9]+", individual)
+    return first[:1].lower() + first[1:] + "".join(word.capitalize() for word in rest)

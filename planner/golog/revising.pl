@@ -1,0 +1,93 @@
+:- module(planner_revising,
+          [ revised/4                   % +Program, +Situation, -Program, -Situation
+          ]).
+
+/** <module> For-each after the world has changed
+
+The turns of a for-each are those of when it was come to. When something that no action of ours did
+changes for which individuals its condition holds, or with which others, the turns are seen to again:
+one that fits no more is given up, one whose individuals are others now begins anew with them, one for a
+new individual is added. What is done stays done ([RoboEarth] 3.3.2).
+*/
+
+:- use_module(library(lists)).
+:- use_module(library(apply)).
+:- use_module(library(occurs), [sub_term/2]).
+:- use_module(planner_golog(actions)).
+:- use_module(planner_golog(projection)).
+:- use_module(planner_golog(transition)).
+
+%!  revised(+Program, +Situation, -Program, -Situation) is det.
+%
+%   What runs in a turn that is given up is noted as abandoned(Id, Head, Agents).
+
+revised(scope(Id, Head, P), S0, scope(Id, Head, Q), S) :- !,
+    expansion(Id, Head, S0, Body),
+    findall(F, ( sub_term(F, Body), nonvar(F), F = foreach(_, _, _, _, _, _) ), Loops),
+    foldl(revise_turns, Loops, P-S0, P1-S1),
+    revised(P1, S1, Q, S).
+revised([P|Ps], S0, [Q|Ps], S) :- !, revised(P, S0, Q, S).
+revised(conc(Ps), S0, conc(Qs), S) :- !, foldl(revised_part, Ps, Qs, S0, S).
+revised(pconc(Ps), S0, pconc(Qs), S) :- !, foldl(revised_part, Ps, Qs, S0, S).
+revised(picked(Id, Pick, P), S0, picked(Id, Pick, Q), S) :- !, revised(P, S0, Q, S).
+revised(deadline(Ms, P), S0, deadline(Ms, Q), S) :- !, revised(P, S0, Q, S).
+revised(P, S, P, S).
+
+revised_part(P, Q, S0, S) :- revised(P, S0, Q, S).
+
+%   The turns of one for-each, if it has been come to.
+revise_turns(foreach(Frame, Step, Vars, Condition, Inner, Body), P0-S0, P-S) :-
+    (   ground(Frame),
+        step_id(Frame, Step, Id),
+        known(turns(Id), Before, S0)
+    ->  turns(Frame, Step, Vars, Condition, Inner-Body, S0, Now),
+        named(Now, Names),
+        set_data(turns(Id), Names, S0, S1),
+        findall(Name, ( member(Name-Tuple, Before), \+ memberchk(Name-Tuple, Names) ), Gone),
+        findall(Turn, ( member(turn(Name, Tuple, Turn), Now), \+ memberchk(Name-Tuple, Before) ), New),
+        in_turns(P0, Id, Gone, New, S1, P, S)
+    ;   P = P0, S = S0
+    ).
+
+named(Turns, Names) :-
+    findall(Name-Tuple, member(turn(Name, Tuple, _), Turns), Names).
+
+%   The concurrency that stands where the for-each stood.
+in_turns(P, _, [], [], S, P, S) :- !.
+in_turns([P|Ps], Id, Gone, New, S0, [Q|Ps], S) :- !, in_turns(P, Id, Gone, New, S0, Q, S).
+in_turns(conc(Ps), Id, Gone, New, S0, conc(Qs), S) :-
+    once(( member(P, Ps), turn_of(P, Id, _) )), !,
+    foldl(given_up(Id, Gone), Ps, Left, S0, S),
+    append(Left, Kept),
+    append(Kept, New, Qs).
+in_turns(conc(Ps), Id, Gone, New, S0, conc(Qs), S) :-
+    select(P, Ps, Q, Qs), P = conc(_), in_turns(P, Id, Gone, New, S0, Q, S), !.
+in_turns(P, _, _, New, S, conc([P|New]), S).
+
+given_up(Id, Gone, P, Left, S0, S) :-
+    (   turn_of(P, Id, Name), memberchk(Name, Gone)
+    ->  Left = [],
+        findall(R, ( sub_term(T, P), nonvar(T), T = running(R) ), Running),
+        foldl(abandon, Running, S0, S1),
+        findall(I-H, ( sub_term(T, P), nonvar(T), T = scope(I, H, _) ), Scopes),
+        give_up(Scopes, S1, S)
+    ;   Left = [P], S = S0
+    ).
+
+abandon(Id, S0, S) :-
+    running(S0, Runs),
+    memberchk(run(_, Agents, Id, Head), Runs),
+    stop(Id, S0, S1),
+    note(abandoned(Id, Head, Agents), S1, S).
+
+%   The program P is (what is left of) the turn Name of the for-each Id: all its steps are called so.
+turn_of(P, Id, Name) :-
+    atom_concat(Id, /, Prefix),
+    sub_term(T, P),
+    nonvar(T),
+    (   T = call(Whole, _, _) ; T = pick(Whole, _, _, _, _) ; T = choice(Whole, _, _)
+    ;   T = scope(Whole, _, _) ; T = running(Whole) ; T = picked(Whole-_, _, _)
+    ),
+    atom(Whole),
+    atom_concat(Prefix, Rest, Whole), !,
+    ( sub_atom(Rest, Before, _, _, /) -> sub_atom(Rest, 0, Before, _, Name) ; Name = Rest ).
