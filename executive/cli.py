@@ -35,6 +35,7 @@ from kb.errors import ConcertmasterError
 from kb.files import SHIPPED
 from kb.problems import OntologyRejected
 from kb.store import KnowledgeBase
+from planner.classical_goal import GoalPlan
 from planner.plan import Plan
 from planner.planner import EFFORT
 
@@ -74,13 +75,13 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     run = commands.add_parser("run", help="do a task with the simulated fleet of a site")
-    _add_request(run)
+    _add_request_or_goal(run)
     run.add_argument("--out", type=Path, help="folder for trace and pictures (default: the next free runs/TASK-N)")
     run.add_argument("--verbose", "-v", action="store_true", help="print every action, as `trace` does")
     run.set_defaults(command=_run)
 
     plan = commands.add_parser("plan", help="plan a task; nothing moves")
-    _add_request(plan)
+    _add_request_or_goal(plan)
     plan.add_argument(
         "--effort",
         type=float,
@@ -113,8 +114,21 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _add_request_or_goal(parser: argparse.ArgumentParser) -> None:
+    asked = parser.add_mutually_exclusive_group(required=True)
+    asked.add_argument("task", nargs="?", help="task type, such as FindEmptyDrink")
+    asked.add_argument("--goal", help="instead: what shall be true, such as 'locatedAt(amigo_1)=at_bar'")
+    _add_arguments(parser)
+    parser.add_argument("--store", metavar="NAME", help="keep what leads to the goal as a recipe of this name")
+    parser.add_argument("--folder", type=Path, help="where to keep it: a folder of ontologies (default: --knowledge)")
+
+
 def _add_request(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("task", help="task type, such as FindEmptyDrink")
+    _add_arguments(parser)
+
+
+def _add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("arguments", nargs="*", metavar="name=value", help="arguments, such as room=tue_lab")
     parser.add_argument("--robots", type=int, help="at most so many robots take part (default: all)")
     parser.add_argument("--site", default="tue_lab", help="name of the site (default: %(default)s)")
@@ -149,11 +163,16 @@ def _arguments(options: argparse.Namespace) -> dict[str, str]:
 
 def _run(options: argparse.Namespace) -> int:
     arguments = _arguments(options)
-    out = options.out or _next_free(Path("runs"), options.task)
+    _check_goal_options(options)
+    out = options.out or _next_free(Path("runs"), options.task or "Goal")
     if out.exists() and not out.is_dir():
         raise BadRequest("out", f"--out {out} is a file; give a folder")
     with _open(options, out / "trace.jsonl") as fleet:
-        task = fleet.request(options.task, robots=options.robots, **arguments)
+        _check_store(options, fleet)
+        if options.goal is None:
+            task = fleet.request(options.task, robots=options.robots, **arguments)
+        else:
+            task = fleet.request_goal(options.goal)
         teller = _Teller(fleet, verbose=options.verbose)
         try:
             _wait(task, fleet, teller)
@@ -169,6 +188,8 @@ def _run(options: argparse.Namespace) -> int:
     print(f"trace:    {out / 'trace.jsonl'}")
     print(f"Gantt:    {out / 'gantt.png'}")
     print(f"top view: {out / 'top_view.png'}")
+    if options.store and result.goal and result.status is TaskStatus.COMPLETED:
+        _store(options, fleet, result.goal)
     match result.status:
         case TaskStatus.COMPLETED:
             return OK
@@ -220,8 +241,49 @@ class _Teller:
         return lines
 
 
+def _check_goal_options(options: argparse.Namespace) -> None:
+    if options.goal is not None and options.robots is not None:
+        raise BadRequest("robots", "all robots may take part in reaching a goal; leave --robots out")
+    if options.store and options.goal is None:
+        raise BadRequest("store", "--store keeps what leads to a goal; give --goal as well")
+    if options.folder and not options.store:
+        raise BadRequest("folder", "--folder tells where --store keeps the recipe; give --store NAME as well")
+
+
+def _recipes(options: argparse.Namespace) -> Path:
+    folder: Path = options.folder or options.knowledge or SHIPPED
+    return folder
+
+
+def _check_store(options: argparse.Namespace, fleet: Fleet) -> None:
+    """Before anything moves."""
+    if options.store:
+        fleet.check_recipe(options.store, _recipes(options))
+
+
+def _store(options: argparse.Namespace, fleet: Fleet, plan: GoalPlan) -> None:
+    print(f"recipe:   {fleet.store_recipe(plan, options.store, _recipes(options))}")
+
+
+def _plan_goal(options: argparse.Namespace) -> int:
+    with _open(options, None) as fleet:
+        _check_store(options, fleet)
+        found, plan = fleet.plan_goal(options.goal)
+        print(f"{found.status}: {found.reason}")
+        if found.program is None:
+            return REFUSED
+        if plan is not None:
+            _print_steps(plan)
+        if options.store:
+            _store(options, fleet, found)
+    return OK
+
+
 def _plan(options: argparse.Namespace) -> int:
     arguments = _arguments(options)
+    _check_goal_options(options)
+    if options.goal is not None:
+        return _plan_goal(options)
     with _open(options, None) as fleet, _Search() as search:
         plan, lacking = fleet.plan(
             options.task,

@@ -11,6 +11,7 @@ from executive.request import TaskRequest
 from executive.trace import TraceEvent
 from grounding.outcome import Outcome
 from kb.terms import Action, Value
+from planner.classical_goal import GoalPlan
 from planner.plan import Plan
 from planner.planner import Progress
 
@@ -49,6 +50,14 @@ class KnowledgeWasRead:
 
     task: str
     facts_told: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalWasSolved:
+    """It is known what leads to the task's goal; or that it holds already, or is out of reach."""
+
+    task: str
+    plan: GoalPlan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,6 +128,7 @@ class CancelRequested:
 Event: TypeAlias = (
     Requested
     | KnowledgeWasRead
+    | GoalWasSolved
     | ProgramWasCompiled
     | PlanWasMade
     | ActionsAreReady
@@ -137,6 +147,13 @@ class ReadKnowledge:
 
     task: str
     request: TaskRequest
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SolveGoal:
+    """Find out what leads to the task's goal, and make it the task's process: GoalWasSolved follows."""
+
+    task: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -206,5 +223,14 @@ class FinishTask:
 
 
 Command: TypeAlias = (
-    ReadKnowledge | CompileProgram | MakePlan | AskActions | StartAction | ReportOutcome | Tell | Record | FinishTask
+    ReadKnowledge
+    | SolveGoal
+    | CompileProgram
+    | MakePlan
+    | AskActions
+    | StartAction
+    | ReportOutcome
+    | Tell
+    | Record
+    | FinishTask
 )

@@ -17,12 +17,14 @@ from typing import Self
 
 from executive import events
 from executive.errors import BadRequest
+from executive.goals import check_goal, recipe_file, store_recipe
 from executive.request import TaskRequest, check_request
 from executive.shell import TaskResult
 from executive.trace import TraceEvent
 from executive.wiring import Parts, open_simulated
 from kb.clock import Clock
 from kb.errors import InternalError
+from planner.classical_goal import GoalPlan
 from planner.plan import Plan
 from planner.planner import EFFORT
 
@@ -120,12 +122,56 @@ class Fleet:
         Raises:
             BadRequest: Something about the request is wrong, or the fleet is closed; nothing was done.
         """
-        request = self._checked(process, arguments, robots)
-        count = self._counts.get(process, 0) + 1
-        self._counts[process] = count
-        name = f"{process}-{count}"
+        return self._file(process, self._checked(process, arguments, robots))
+
+    def _file(self, kind: str, request: TaskRequest) -> TaskHandle:
+        count = self._counts.get(kind, 0) + 1
+        self._counts[kind] = count
+        name = f"{kind}-{count}"
         self._parts.shell.post(events.Requested(task=name, request=request))
         return TaskHandle(name, self._parts)
+
+    def request_goal(self, goal: str | Sequence[str] | Mapping[str, object], /) -> TaskHandle:
+        """Ask for something to be true; what leads there is found out. All robots may take part.
+
+        Args:
+            goal: Such as `locatedAt(amigo_1)=at_bar and hasDetectedPosition(drink_1)`; or its parts, one by one; or
+                values by `property(individual)`, None for a message that shall be known.
+
+        Raises:
+            BadRequest: The fleet is closed.
+            BadGoal: The goal makes no sense; nothing was done.
+            DependencyMissing: The extra `goals` is not installed.
+        """
+        return self._file("Goal", self._checked_goal(goal))
+
+    def plan_goal(self, goal: str | Sequence[str] | Mapping[str, object], /) -> tuple[GoalPlan, Plan | None]:
+        """Plan what leads to a goal without doing it; errors as for `request_goal`.
+
+        Returns:
+            How the goal is reached, or why it is not; and the robots' plan for that, None if there is nothing to do.
+        """
+        return self._parts.shell.plan_goal(self._checked_goal(goal))
+
+    def check_recipe(self, name: str, folder: Path) -> None:
+        """Check that a recipe can be kept under a name; errors as for `store_recipe`."""
+        recipe_file(name, folder, self._parts.knowledge.snapshot())
+
+    def store_recipe(self, plan: GoalPlan, name: str, folder: Path) -> Path:
+        """Keep what leads to a goal as a recipe; what the goal names is asked for, the rest is chosen each time.
+
+        Args:
+            name: Of the process that it becomes, such as `FindBoth`.
+            folder: Of ontologies; not the shipped one.
+
+        Returns:
+            The file. A site has to import it so that the recipe is known there.
+
+        Raises:
+            BadGoal: The plan has no steps, or the name is no new name of a process.
+            BadRequest: The folder is none of ontologies, or the one that is shipped, or has such a file.
+        """
+        return store_recipe(plan, name, folder, self._parts.knowledge.snapshot())
 
     def plan(
         self,
@@ -155,6 +201,11 @@ class Fleet:
         if not self._is_open:
             raise BadRequest(process, f"{process} cannot be asked for: this fleet is closed; open another")
         return check_request(process, arguments, robots, self._parts.knowledge.snapshot())
+
+    def _checked_goal(self, goal: str | Sequence[str] | Mapping[str, object]) -> TaskRequest:
+        if not self._is_open:
+            raise BadRequest("goal", "no goal can be asked for: this fleet is closed; open another")
+        return check_goal(goal, self._parts.knowledge.snapshot())
 
     @property
     def trace(self) -> Sequence[TraceEvent]:

@@ -2,7 +2,7 @@
 
     1 request    check_request      executive/request.py
     2 knowledge  ReadKnowledge      kb/store.py
-    3 program    CompileProgram     kb/compiler.py
+    3 program    CompileProgram     kb/compiler.py (for a goal, after SolveGoal: planner/classical.py)
     4 plan       MakePlan           planner/planner.py
     5 action     AskActions         planner/golog/steps.pl
     6 ground     StartAction        grounding/ground.py
@@ -32,6 +32,7 @@ from executive.events import (
     Event,
     FailureWasReported,
     FinishTask,
+    GoalWasSolved,
     KnowledgeWasRead,
     MakePlan,
     OutcomeArrived,
@@ -41,6 +42,7 @@ from executive.events import (
     Record,
     ReportOutcome,
     Requested,
+    SolveGoal,
     StartAction,
     TaskStatus,
     Tell,
@@ -108,7 +110,11 @@ def step(state: State, event: Event, now_s: float) -> Step:
             return _accept(state, event, now_s)
         case KnowledgeWasRead(task=task):
             told = trace.KnowledgeRead(t_s=now_s, task=task, facts_told=event.facts_told)
-            return _if_alive(state, task, [Record(event=told), CompileProgram(task=task)])
+            has_goal = task in state.tasks and state.tasks[task].request.goal is not None
+            following = SolveGoal(task=task) if has_goal else CompileProgram(task=task)
+            return _if_alive(state, task, [Record(event=told), following])
+        case GoalWasSolved():
+            return _take_goal(state, event, now_s)
         case ProgramWasCompiled(task=task):
             compiled = trace.ProgramCompiled(t_s=now_s, task=task, program=event.program)
             return _if_alive(state, task, [Record(event=compiled), MakePlan(task=task)])
@@ -140,6 +146,7 @@ def _accept(state: State, event: Requested, now_s: float) -> Step:
         process=request.process,
         arguments=dict(request.arguments),
         robots=request.robots,
+        goal=request.goal.text if request.goal else "",
     )
     ahead = ", ".join(state.tasks)
     reason = f"waits for {ahead}" if ahead else "is next"
@@ -158,6 +165,30 @@ def _begin_next(state: State, commands: list[Command], now_s: float) -> Step:
         ]
         return replace(state, tasks={**state.tasks, task.name: underway}), commands
     return state, commands
+
+
+def _take_goal(state: State, event: GoalWasSolved, now_s: float) -> Step:
+    """What leads to a goal is a process from here on; without steps, there is nothing to do or nothing to be done."""
+    plan, name = event.plan, event.task
+    if name not in state.tasks:
+        return state, []
+    if plan.program is None:
+        failed = trace.PlanFailed(t_s=now_s, task=name, status=plan.status, reason=plan.reason)
+        state, ending = _finish(state, name, TaskStatus.REFUSED, plan.reason, now_s)
+        return state, [Record(event=failed), *ending]
+    solved = trace.GoalSolved(
+        t_s=now_s,
+        task=name,
+        status=plan.status,
+        engine=plan.engine,
+        makespan_s=plan.makespan_ms / 1000,
+        lower_bound_s=plan.bound_ms / 1000,
+        reason=plan.reason,
+    )
+    if plan.steps:
+        return state, [Record(event=solved), CompileProgram(task=name)]
+    state, ending = _finish(state, name, TaskStatus.COMPLETED, plan.reason, now_s)
+    return state, [Record(event=solved), *ending]
 
 
 def _take_plan(state: State, event: PlanWasMade, now_s: float) -> Step:

@@ -41,7 +41,11 @@ def first_difference(events: Sequence[TraceEvent], knowledge: Path) -> str:
                     _go_on(fleet, number, event.t_s)
                     if "robots" in event.arguments:
                         raise BadTrace("trace", 0, f"{event.task} has an argument 'robots', which no task has")
-                    tasks[event.task] = fleet.request(event.process, robots=event.robots, **event.arguments)
+                    tasks[event.task] = (
+                        fleet.request_goal(event.goal)
+                        if event.goal
+                        else fleet.request(event.process, robots=event.robots, **event.arguments)
+                    )
                 case TaskStatusChanged() if event.status == TaskStatus.CANCELED:
                     if event.task not in tasks:
                         raise BadTrace("trace", 0, f"tells of the end of {event.task}, but not that it was accepted")

@@ -10,6 +10,7 @@ from executive.errors import BadRequest
 from kb.processes import Process
 from kb.store import Snapshot
 from kb.vocabulary import Kind
+from planner.classical_goal import Goal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -17,14 +18,16 @@ class TaskRequest:
     """A well-formed request.
 
     Attributes:
-        process: The process that accomplishes the task.
+        process: The process that accomplishes the task; for a goal, the one that its plan becomes.
         arguments: Individuals by the names of its inputs.
         robots: At most so many robots take part.
+        goal: What shall be true, where that is what was asked for.
     """
 
     process: str
     arguments: Mapping[str, str]
     robots: int
+    goal: Goal | None = None
 
 
 def check_request(process: str, arguments: Mapping[str, object], robots: object, snapshot: Snapshot) -> TaskRequest:

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Any, assert_never
 
 from executive import events, loop, trace
+from executive.goals import solve_goal
 from executive.recorder import Recorder
 from executive.request import TaskRequest
 from executive.travel import travel_times
@@ -24,6 +26,8 @@ from kb.clock import Clock
 from kb.store import KnowledgeBase, Snapshot
 from kb.terms import Action, Data, Fluent
 from kb.vocabulary import Property
+from planner.classical_goal import GoalPlan
+from planner.classical_process import GoalProcess
 from planner.network import Travel
 from planner.plan import Plan
 from planner.planner import EFFORT, Exclusion, Session
@@ -41,6 +45,7 @@ class TaskResult:
 
     Attributes:
         plan: The last plan that was made; None if it never came to that.
+        goal: What led to the goal, where one was asked for.
         outputs: By output of the process; where a for-each made one for each individual, by individual.
         took_s: From acceptance to the end.
     """
@@ -50,6 +55,7 @@ class TaskResult:
     plan: Plan | None
     outputs: Mapping[str, Any]
     took_s: float
+    goal: GoalPlan | None = None
 
 
 class Shell:
@@ -66,6 +72,8 @@ class Shell:
         self._taking_events = False
         self._snapshots: dict[str, Snapshot] = {}
         self._requests: dict[str, TaskRequest] = {}
+        self._goals: dict[str, GoalPlan] = {}
+        self._goal_processes: dict[str, GoalProcess] = {}
         self._sessions: dict[str, Session] = {}
         self._plans: dict[str, Plan] = {}
         self._messages: dict[str, object] = {}
@@ -121,6 +129,22 @@ class Shell:
         finally:
             session.close()
 
+    def plan_goal(self, request: TaskRequest) -> tuple[GoalPlan, Plan | None]:
+        """Plan what leads to a goal without doing it; without a plan, if there is nothing to do or none."""
+        snapshot = self._knowledge.snapshot()
+        found = self._solved(request, snapshot)
+        if not found.steps:
+            return found, None
+        with closing(GoalProcess(found, snapshot)) as process:
+            own, key = process.snapshot, f"plan@{process.snapshot.revision}"
+            now_s = self.clock.now_s
+            with closing(Session(key, own, request.process, {}, robots=request.robots, now_s=now_s)) as session:
+                return found, self._made_plan(session)[0]
+
+    def _solved(self, request: TaskRequest, snapshot: Snapshot) -> GoalPlan:
+        assert request.goal is not None
+        return solve_goal(request.goal, snapshot, self._messages, self._pose_estimate, t_s=self.clock.now_s)
+
     def remember(self, fluent: Fluent, message: object) -> None:
         """Keep a message as the value of a fluent, as told before anything has moved."""
         self._messages[fluent.place] = message
@@ -137,6 +161,8 @@ class Shell:
                 self._snapshots[task] = snapshot
                 self._requests[task] = request
                 self.post(events.KnowledgeWasRead(task=task, facts_told=snapshot.state))
+            case events.SolveGoal(task=task):
+                self._solve(task)
             case events.CompileProgram(task=task):
                 self._compile(task)
             case events.MakePlan(task=task):
@@ -154,6 +180,14 @@ class Shell:
                 self._finish(command)
             case _:
                 assert_never(command)
+
+    def _solve(self, task: str) -> None:
+        found = self._solved(self._requests[task], self._snapshots[task])
+        self._goals[task] = found
+        if found.steps:
+            process = GoalProcess(found, self._snapshots[task])
+            self._goal_processes[task], self._snapshots[task] = process, process.snapshot
+        self._post_after(PLANNING_S, events.GoalWasSolved(task=task, plan=found))
 
     def _compile(self, task: str) -> None:
         snapshot, request = self._snapshots[task], self._requests[task]
@@ -283,6 +317,7 @@ class Shell:
             plan=self._plans.get(task),
             outputs=outputs,
             took_s=finish.took_s,
+            goal=self._goals.get(task),
         )
         self.recorder.record(
             trace.TaskFinished(
@@ -298,12 +333,14 @@ class Shell:
             self._sessions.pop(task).close()
             key = self._key(task)
             self._messages = {p: m for p, m in self._messages.items() if not p.startswith(f"{key}/")}
-        for kept in (self._snapshots, self._requests, self._plans):
+        if task in self._goal_processes:
+            self._goal_processes.pop(task).close()
+        for kept in (self._snapshots, self._requests, self._plans, self._goals):
             kept.pop(task, None)
 
     def _outputs(self, task: str) -> dict[str, Any]:
         """What the task's process gives back: one message, or one for each turn of a for-each."""
-        if task not in self._requests:
+        if task not in self._sessions:
             return {}
         key, outputs = self._key(task), dict[str, Any]()
         for parameter in self._snapshots[task].processes[self._requests[task].process].outputs:

@@ -42,6 +42,7 @@ class TaskAccepted:
     process: str
     arguments: dict[str, str]
     robots: int
+    goal: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +64,20 @@ class KnowledgeRead:
     t_s: float
     task: str
     facts_told: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalSolved:
+    """What leads to the goal of a task was found by an engine, or the goal holds already. The program follows."""
+
+    kind: ClassVar[Literal["goal_solved"]] = "goal_solved"
+    t_s: float
+    task: str
+    status: str
+    engine: str
+    makespan_s: float
+    lower_bound_s: float
+    reason: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -212,6 +227,7 @@ TraceEvent: TypeAlias = (
     | TaskAccepted
     | TaskStatusChanged
     | KnowledgeRead
+    | GoalSolved
     | ProgramCompiled
     | PlanMade
     | PlanFailed
@@ -291,9 +307,13 @@ def narrate(events: Iterable[TraceEvent]) -> Iterator[str]:
         match event:
             case FleetOpened():
                 yield f"fleet of {event.site} opened: {', '.join(event.robots)}"
+            case TaskAccepted() if event.goal:
+                yield f"{event.task} accepted: {event.goal}, at most {event.robots} robots"
             case TaskAccepted():
                 arguments = ", ".join(f"{name}={value}" for name, value in event.arguments.items())
                 yield f"{event.task} accepted: {event.process}({arguments}), at most {event.robots} robots"
+            case GoalSolved():
+                yield f"{event.task} solved at time {event.t_s:.2f}: {event.status}, {event.reason}"
             case PlanMade():
                 yield f"{event.task} planned at time {event.t_s:.2f}: {event.status}, {event.reason}"
                 for action, _, start_s, end_s in event.steps:

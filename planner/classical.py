@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations, product
 
 from kb.processes import Role
 from kb.store import Snapshot
@@ -61,7 +62,7 @@ def solve(goal: Goal, snapshot: Snapshot, travel: Travel, *, timeout_s: float = 
                 return _no_plan(goal, PlanStatus.UNSOLVABLE_PROVEN, reason)
             if answer.actions is not None:
                 grounds = [strips.steps[action.name] for action in answer.actions]
-                done = follower.best((g.operator.process, *g.binding.values()) for g in grounds)
+                done = follower.best(map(_key, grounds))
                 found.append(_plan(goal, world, done, bound_ms, PYPERPLAN))
     if any(plan.makespan_ms == bound_ms for plan in found):
         return found[0]
@@ -132,7 +133,7 @@ class _Follower:
         self._world, self._wanted = world, wanted
         cases: dict[tuple[str, ...], list[Ground]] = {}
         for ground in world.ground:
-            cases.setdefault((ground.operator.process, *ground.binding.values()), []).append(ground)
+            cases.setdefault(_key(ground), []).append(ground)
         self._cases: dict[tuple[str, ...], _Cases] = {key: tuple(grounds) for key, grounds in cases.items()}
 
     def best(self, steps: Iterable[tuple[str, ...]]) -> tuple[_Done, ...]:
@@ -177,7 +178,7 @@ class _Follower:
         return done
 
     def _neighbors(self, plan: list[_Cases]) -> Iterator[list[_Cases]]:
-        """A step less, a step elsewhere, or another step in the place of one."""
+        """A step less, a step elsewhere, another step in the place of one, or two steps with their robots exchanged."""
         for place in range(len(plan)):
             rest = plan[:place] + plan[place + 1 :]
             yield rest
@@ -186,6 +187,12 @@ class _Follower:
                     yield [*rest[:elsewhere], plan[place], *rest[elsewhere:]]
             for cases in self._cases.values():
                 yield [*plan[:place], cases, *plan[place + 1 :]]
+        for (place, one), (other_place, other) in combinations(enumerate(plan), 2):
+            for robot, other_robot in product(_robots(one[0]), _robots(other[0])):
+                first = self._cases.get(_renamed(one[0], robot, other_robot))
+                second = self._cases.get(_renamed(other[0], other_robot, robot))
+                if robot != other_robot and first and second:
+                    yield [*plan[:place], first, *plan[place + 1 : other_place], second, *plan[other_place + 1 :]]
 
     def _follow(self, plan: Sequence[_Cases]) -> tuple[tuple[_Done, ...] | None, str]:
         """What the steps come to; None, and why, if they do not lead to the goal."""
@@ -213,7 +220,7 @@ class _Follower:
             done.append(
                 _Done(
                     ground=ground,
-                    robots=frozenset(str(bound(r, ground.binding)) for r in ground.operator.robots),
+                    robots=frozenset(_robots(ground)),
                     claims=frozenset(str(bound(c, ground.binding)) for c in ground.operator.claims),
                     duration_ms=duration_ms,
                 )
@@ -224,6 +231,21 @@ class _Follower:
             if not holds(((prop, subject, value), yes))
         ]
         return (None, f"{missed[0]} is not as the goal wants it at the end") if missed else (tuple(done), "")
+
+
+def _key(ground: Ground) -> tuple[str, ...]:
+    """Process and individuals."""
+    return (ground.operator.process, *ground.binding.values())
+
+
+def _renamed(ground: Ground, old: str, new: str) -> tuple[str, ...]:
+    """The key of the step that has one individual in the place of another."""
+    process, *individuals = _key(ground)
+    return (process, *(new if individual == old else individual for individual in individuals))
+
+
+def _robots(ground: Ground) -> list[str]:
+    return [str(bound(robot, ground.binding)) for robot in ground.operator.robots]
 
 
 def _must_follow(later: _Done, earlier: _Done) -> bool:

@@ -2,6 +2,7 @@
 
 What the goal names becomes an input, so that the recipe serves for other individuals too; what the plan
 chose beside (robots, places) is left to be picked anew, as fast as may be, wherever the recipe is used.
+At its end, the recipe awaits what the goal asks for, as far as conditions of the ontology can tell it.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from planner.classical_goal import BadGoal, GoalPlan
 _NAME = re.compile(r"[A-Z][A-Za-z0-9_]*")
 _RDF = "http://www.w3.org/1999/02/22-rdf-syntax-ns#"
 _XSD = "http://www.w3.org/2001/XMLSchema#"
+_SORTS: dict[type, str] = {bool: "boolean", int: "integer", float: "double"}
 
 
 def as_owl(plan: GoalPlan, name: str, snapshot: Snapshot) -> str:
@@ -35,13 +37,27 @@ def as_owl(plan: GoalPlan, name: str, snapshot: Snapshot) -> str:
     Raises:
         BadGoal: The plan has no steps, or the name is no new name of a process.
     """
+    check_name(name, snapshot)
+    if not plan.steps:
+        raise BadGoal(plan.goal.text, f"there are no steps to keep as a recipe: {plan.reason}")
+    return _Writer(plan, name, snapshot).text()
+
+
+def check_name(name: str, snapshot: Snapshot) -> None:
+    """Check that a recipe may have this name.
+
+    Raises:
+        BadGoal: It is no name for a process, or that of something else.
+    """
     if not _NAME.fullmatch(name):
         raise BadGoal(name, "is no name for a process; begin with a capital, then letters, digits and underscores")
     if name in snapshot.ontology.kinds or name in snapshot.processes:
         raise BadGoal(name, "is the name of something else already; choose another for the recipe")
-    if not plan.steps:
-        raise BadGoal(plan.goal.text, f"there are no steps to keep as a recipe: {plan.reason}")
-    return _Writer(plan, name, snapshot).text()
+
+
+def file_name(name: str) -> str:
+    """Of the file that a recipe is to be saved in, which its ontology is named for: `find_both.owl` for `FindBoth`."""
+    return f"{_snake(name)}.owl"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +67,7 @@ class _Thing:
     name: str
     kind: str
     relations: tuple[tuple[str, str], ...] = ()
-    values: tuple[tuple[str, str | int], ...] = ()
+    values: tuple[tuple[str, str | int | float | bool], ...] = ()
 
 
 class _Writer:
@@ -60,13 +76,13 @@ class _Writer:
         self._program: Term = plan.program or []
         graph = snapshot.ontology.graph
         self._iris = {str(s).rpartition("#")[2]: str(s) for s in graph.subjects() if "#" in str(s)}
-        self._iri = f"{CORE_IRI.rpartition('/')[0]}/{_snake(name)}.owl"
+        self._iri = f"{CORE_IRI.rpartition('/')[0]}/{file_name(name)}"
         self._kinds = self._parameters()
         self._things: list[_Thing] = []
 
     def text(self) -> str:
         """The file."""
-        body = self._construct(self._program)
+        body = self._until_reached(self._construct(self._program))
         picked = [i for i in self._kinds if i not in self._plan.goal.names]
         for individual in reversed(picked):
             thing = f"{self._name}_pick_{individual}"
@@ -99,7 +115,7 @@ class _Writer:
     def _parameters(self) -> dict[str, str]:
         """The class that each individual of the plan has to be of, by individual, in order of coming up."""
         kinds: dict[str, str] = {}
-        for _, callee, arguments in _calls(self._program):
+        for _, callee, arguments in calls(self._program):
             for parameter, argument in zip(self._snapshot.processes[callee].arguments, arguments, strict=True):
                 if isinstance(argument, str):
                     kind = kinds.setdefault(argument, parameter.kind)
@@ -144,8 +160,50 @@ class _Writer:
                     values=((Property.STEP_NUMBER, number),),
                 )
 
+    def _until_reached(self, body: str) -> str:
+        """The body, and after it an Await of the goal, as far as that is about inputs of the recipe and no messages."""
+        wishes = [w for n, c in enumerate(self._plan.goal.conditions, start=1) if (w := self._wish(c, f"wish_{n}"))]
+        if not wishes:
+            return body
+        reached = wishes[0]
+        if len(wishes) > 1:
+            reached = f"{self._name}_reached"
+            operands = tuple((Property.OPERAND, wish) for wish in wishes)
+            self._things.append(_Thing(name=reached, kind=Kind.ALL_OF, relations=operands))
+        end, whole = f"{self._name}_end", f"{self._name}_whole"
+        self._things.append(_Thing(name=end, kind=Kind.AWAIT, relations=((Property.HAS_CONDITION, reached),)))
+        steps = [body, end]
+        self._things.append(
+            _Thing(name=whole, kind=Kind.SEQUENCE, relations=tuple((Property.HAS_STEP, s) for s in steps))
+        )
+        self._number(steps)
+        return whole
+
+    def _wish(self, condition: Struct, name: str) -> str | None:
+        """A condition of the goal as an individual; None if a recipe cannot ask for it."""
+        own = f"{self._name}_{name}"
+        match condition:
+            case Struct("not", (Struct() as negated,)):
+                operand = self._wish(negated, f"not_{name}")
+                if operand is not None:
+                    self._things.append(_Thing(name=own, kind=Kind.NOT, relations=((Property.OPERAND, operand),)))
+                return own if operand else None
+            case Struct("holds", (str(prop), str(subject), str() | int() | float() as value)):
+                if subject not in self._kinds or (isinstance(value, str) and value not in self._kinds):
+                    return None
+                relations = [(Property.OF_PROPERTY, prop), (Property.SUBJECT_PARAMETER, self._parameter(subject))]
+                values: tuple[tuple[str, int | float], ...] = ()
+                if isinstance(value, str):
+                    relations.append((Property.OBJECT_PARAMETER, self._parameter(value)))
+                else:
+                    values = ((Property.HAS_VALUE, value),)
+                self._things.append(_Thing(name=own, kind=Kind.HOLDS, relations=tuple(relations), values=values))
+                return own
+            case _:
+                raise AssertionError(f"no condition of a goal: {condition!r}")
+
     def _perform(self, call: Struct) -> None:
-        [(step, callee, arguments)] = _calls(call)
+        [(step, callee, arguments)] = calls(call)
         name = f"{self._name}_{step}"
         relations = [(str(Property.PERFORMS), callee)]
         place = len(self._things)
@@ -159,7 +217,7 @@ class _Writer:
         self._things[place] = _Thing(name=name, kind=Kind.PERFORM, relations=tuple(relations))
 
     def _imports(self) -> set[str]:
-        used = {callee for _, callee, _ in _calls(self._program)} | set(self._kinds.values())
+        used = {callee for _, callee, _ in calls(self._program)} | set(self._kinds.values())
         return {self._about(name).partition("#")[0] for name in used}
 
     def _about(self, name: str) -> str:
@@ -170,24 +228,26 @@ class _Writer:
         lines = [f'        <rdf:type rdf:resource="{CORE}{thing.kind}"/>']
         lines += [f"        <core:{p} rdf:resource={quoteattr(self._about(to))}/>" for p, to in thing.relations]
         for prop, value in thing.values:
-            typed = f' rdf:datatype="{_XSD}integer"' if isinstance(value, int) else ""
-            lines.append(f"        <core:{prop}{typed}>{escape(str(value))}</core:{prop}>")
+            sort = _SORTS.get(type(value))
+            typed = f' rdf:datatype="{_XSD}{sort}"' if sort else ""
+            said = str(value).lower() if isinstance(value, bool) else str(value)
+            lines.append(f"        <core:{prop}{typed}>{escape(said)}</core:{prop}>")
         about = quoteattr(self._about(thing.name))
         return "\n".join([f"    <owl:NamedIndividual rdf:about={about}>", *lines, "    </owl:NamedIndividual>\n"])
 
 
-def _calls(program: Term) -> Iterator[tuple[str, str, tuple[Term, ...]]]:
+def calls(program: Term) -> Iterator[tuple[str, str, tuple[Term, ...]]]:
     """Step, process and arguments of all calls."""
     match program:
         case list():
             for part in program:
-                yield from _calls(part)
+                yield from calls(part)
         case Struct("call", (_, str(step), Struct(callee, arguments))):
             yield step, callee, arguments
         case Struct("call", (_, str(step), str(callee))):
             yield step, callee, ()
         case Struct(_, parts):
-            yield from _calls(list(parts))
+            yield from calls(list(parts))
         case _:
             return
 

@@ -267,15 +267,16 @@ class Cover:
         return Answer(runs=None, none=status == pywraplp.Solver.INFEASIBLE)
 
     def _runs(self, picked: Sequence[tuple[int, int]]) -> Runs:
-        """The runs of a cover, each job in one of them."""
+        """The runs of a cover, each job in one of them; without those of which no run is left then."""
         done: set[int] = set()
         by_crew: list[list[tuple[int, ...]]] = [[] for _ in self._tables]
         for crew, index in picked:
             table = self._tables[crew]
             jobs = [job for job in table.jobs[index, : table.size[index]].tolist() if job not in done]
-            done.update(jobs)
-            if jobs:
-                by_crew[crew].append(table.legs(table.find(jobs)))
+            left = table.find(jobs) if jobs else None
+            if left is not None:
+                done.update(jobs)
+                by_crew[crew].append(table.legs(left))
         return tuple(
             run
             for size, found in zip(self._sizes, by_crew, strict=True)

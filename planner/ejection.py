@@ -140,6 +140,11 @@ class Pool:
         return sum(seat.ms - seat.crew.start.ms for seat in self._seats)
 
     @property
+    def robots(self) -> int:
+        """How many take part."""
+        return self._used
+
+    @property
     def complete(self) -> bool:
         """Whether all jobs are in runs."""
         return not self._waiting

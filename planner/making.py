@@ -58,6 +58,10 @@ class Making:
         """There is nothing that could be done."""
         return self._none(PlanStatus.UNSOLVABLE_PROVEN, "the program has no execution: no choice leads to its end")
 
+    def unsupported(self, why: str) -> Plan:
+        """It cannot be looked ahead."""
+        return self._none(PlanStatus.UNSUPPORTED, why)
+
     def searched(self, best: Plan | None = None) -> Plan:
         """By exact search over executions; at least as good as the best plan so far."""
         limit = _NO_LIMIT if best is None else round(best.makespan_s * MS_PER_S)
@@ -187,7 +191,12 @@ class Making:
 def _reason(plan: Plan) -> str:
     work = f", {plan.nodes} configurations" if plan.nodes else f", effort {plan.effort:.2f}" if plan.effort else ""
     how = f"({plan.phase}{work})"
-    until = f"; it goes as far as {', '.join(plan.waits_for)} is found out" if plan.waits_for else ""
+    until = ""
+    if plan.waits_for:
+        until = (
+            f"; it goes as far as to where {', '.join(plan.waits_for)} is found out: to look further, "
+            "give the composite process that goes on by it a hasDurationModel"
+        )
     if plan.status is PlanStatus.SOLVED_OPTIMALLY:
         return (
             f"makespan {plan.makespan_s:.3f} s is the least: every other execution takes at least "

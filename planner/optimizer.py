@@ -99,7 +99,9 @@ class _Search:
             return
         given = None if start is None else _runs_of(self._jobs, start)
         if given is not None:
-            self._accept(given)
+            pool = Pool(self._jobs, given, NEVER - 1, self._rng)  # takes out what is too much work by now
+            if pool.complete and pool.robots <= self._jobs.team:
+                self._accept(pool.runs)
         yield self._first()
         robots = sum(len(crew.robots) for crew in self._jobs.crews)
         looks, nodes = FIRST_ROUNDS * (self._jobs.count + robots), FIRST_NODES

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, TypeAlias
 
-from kb.prolog import Entry
+from kb.prolog import Entry, PrologError
 from kb.store import Snapshot
 from kb.terms import Action, Argument, Data, Fluent, Struct, Term, Value, read_term, struct
 from planner.errors import InvalidPlan
@@ -199,16 +199,28 @@ class Session:
         making = Making(
             self._key, now_s=now_s, steps=self._steps, checked=lambda plan: self._checked(plan, start, seconds)
         )
+        try:
+            yield from self._solved(making, travel, effort, stop, solver)
+        except PrologError as error:
+            if error.formal[0] != "resource_error":
+                raise
+            yield making.unsupported(
+                f"{self._process} leaves too much open to be looked ahead ({error}): give it fewer alternatives, "
+                "or the composite processes in it a hasDurationModel"
+            )
+
+    def _solved(
+        self, making: Making, travel: Travel, effort: float, stop: Callable[[], bool], solver: Solver
+    ) -> Iterator[Plan]:
         if solver is Solver.PROLOG:
             found = making.answered(_cover_plan(struct("cover", self._key, _INFERENCES)), "run tables in Prolog")
             yield making.searched() if found is None or not found.decided else found
             return
         answer = _task_network(self._key)
-        if "root" not in answer:
+        if "root" in answer:
+            yield from making.optimized(read_network(answer, travel), effort, stop)
+        else:
             yield making.impossible() if "none" in answer else making.searched()
-            return
-        network = read_network(answer, travel)
-        yield from making.optimized(network, effort, stop)
 
     def _checked(self, plan: Plan, start: Start, travel_times: Mapping[tuple[str, str, str], float]) -> Plan:
         program = self._snapshot.program(self._process)

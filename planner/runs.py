@@ -5,8 +5,8 @@ so a table is a list of sets of jobs. It is filled layer by layer: the undominat
 the same jobs that end at the same place, the shortest) are undominated ones of k jobs and one job more (Held and
 Karp 1962), all of a layer at once with numpy.
 
-A set of jobs is one word: the numbers of its jobs, counted among those that the robot can do within the horizon,
-in ascending order, the first in the highest bits.
+A set of jobs is one word: the numbers of its jobs, counted among those that the robot can do within the horizon, in
+ascending order, are the digits of a number, the base of which is how many those are.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from planner.network import Milliseconds
 
 Integers: TypeAlias = npt.NDArray[np.int64]
 
-_WORD_BITS = 63
+_MAX_WORD = 2**63 - 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -71,12 +71,13 @@ class RunTable:
     _layers: tuple[_Layer, ...]
     _label: Integers
 
-    def find(self, jobs: list[int]) -> int:
-        """The index of a set that is there, given its jobs in ascending order."""
+    def find(self, jobs: list[int]) -> int | None:
+        """The index of a set, given its jobs in ascending order; None if it is not there."""
         same = self.size == len(jobs)
         for slot, job in enumerate(jobs):
             same &= self.jobs[:, slot] == job
-        return int(np.flatnonzero(same)[0])
+        found = np.flatnonzero(same)
+        return int(found[0]) if len(found) else None
 
     def legs(self, index: int) -> tuple[int, ...]:
         """The shortest run over a set: legs of the crew, in order."""
@@ -110,7 +111,7 @@ def fill(crew: Crew, count: int, horizon_ms: int, max_labels: int) -> RunTable |
         depth = len(layers)
         word, ms, label = _sets(layer)
         if tables:
-            longer_ms, all_there = _compare(tables[-1][0], tables[-1][1], word, ms, depth, filling.bits)
+            longer_ms, all_there = _compare(tables[-1][0], tables[-1][1], word, ms, depth, filling.base)
             longer.append(longer_ms)
             closed = closed and all_there
         tables.append((word, ms, label))
@@ -122,7 +123,7 @@ def fill(crew: Crew, count: int, horizon_ms: int, max_labels: int) -> RunTable |
         longer.append(np.full(len(tables[-1][0]), NEVER, dtype=np.int64))
     return RunTable(
         horizon_ms=horizon_ms,
-        jobs=_unpack([word for word, _, _ in tables], filling.jobs, filling.bits, count),
+        jobs=_unpack([word for word, _, _ in tables], filling.jobs, filling.base, count),
         size=np.repeat(np.arange(1, len(tables) + 1), [len(word) for word, _, _ in tables]),
         ms=_joined([ms for _, ms, _ in tables]),
         longer_ms=_joined(longer),
@@ -154,7 +155,7 @@ class _Filling:
 
     Attributes:
         jobs: By number in this table, the job; ascending.
-        bits: Of a job's number in a word.
+        base: Of words.
     """
 
     def __init__(self, crew: Crew, horizon_ms: int, max_labels: int) -> None:
@@ -164,7 +165,7 @@ class _Filling:
         self._max_labels = max_labels
         self._legs = np.flatnonzero(earliest_ms(crew) <= self._left_ms)
         self.jobs, self._number = np.unique(crew.job[self._legs], return_inverse=True)
-        self.bits = max(1, int(len(self.jobs) - 1).bit_length())
+        self.base = max(2, len(self.jobs))
         self._end = crew.end[self._legs]
         self._computing_ms = crew.computing_ms[self._legs]
         self._ms = np.vstack((crew.ms, crew.first_ms))[:, self._legs]
@@ -194,21 +195,20 @@ class _Filling:
         before = np.repeat(np.arange(len(counts)), counts)
         leg = self._by_ms[layer.row[before], np.arange(total) - np.repeat(np.cumsum(counts) - counts, counts)]
         # Where the job belongs in the word, and whether it is there already.
-        number, word, bits = self._number[leg], layer.word[before], self.bits
+        number, word, base = self._number[leg], layer.word[before], self.base
         after, new = np.zeros(total, dtype=np.int64), np.ones(total, dtype=bool)
         for slot in range(depth):
-            there = (word >> bits * slot) & ((1 << bits) - 1)
+            there = word // base**slot % base
             after += there > number
             new &= there != number
         ms = layer.ms[before] + self._ms[layer.row[before], leg]
         computing_ms = layer.computing_ms[before] + self._computing_ms[leg]
         new &= ms - computing_ms <= self._limit_ms
         kept = np.flatnonzero(new)
-        if len(kept) and bits * (depth + 1) > _WORD_BITS:
+        if len(kept) and base ** (depth + 1) > _MAX_WORD:
             return None
-        word, number, shift = word[kept], number[kept], bits * after[kept]
-        low = word & ((1 << shift) - 1)
-        word = (word >> shift << bits | number) << shift | low
+        high, low = np.divmod(word[kept], powers := np.array([base**i for i in range(depth + 1)])[after[kept]])
+        word = (high * base + number[kept]) * powers + low
         before, leg, ms = before[kept], leg[kept], ms[kept]
         row = np.where(self._end[leg] == SAME_ROW, layer.row[before], self._end[leg])
         order = np.lexsort((ms, row, word))
@@ -242,7 +242,7 @@ def _sets(layer: _Layer) -> tuple[Integers, Milliseconds, Integers]:
 
 
 def _compare(
-    words: Integers, ms: Milliseconds, longer_words: Integers, longer_ms: Milliseconds, depth: int, bits: int
+    words: Integers, ms: Milliseconds, longer_words: Integers, longer_ms: Milliseconds, depth: int, base: int
 ) -> tuple[Milliseconds, bool]:
     """By set, the least time of those with one job more; and whether none of those lacks a subset or is shorter.
 
@@ -252,12 +252,11 @@ def _compare(
         longer_words: Sets of `depth` jobs.
         longer_ms: Their times.
         depth: How many jobs.
-        bits: Of a job in a word.
+        base: Of the words.
     """
     least_ms, closed = np.full(len(words), NEVER, dtype=np.int64), True
     for slot in range(depth):
-        shift = bits * slot
-        subset = longer_words >> (shift + bits) << shift | longer_words & ((1 << shift) - 1)
+        subset = longer_words // base ** (slot + 1) * base**slot + longer_words % base**slot
         at = np.minimum(np.searchsorted(words, subset), len(words) - 1)
         there = words[at] == subset
         closed = closed and bool(there.all()) and bool((ms[at] <= longer_ms).all())
@@ -265,14 +264,13 @@ def _compare(
     return least_ms, closed
 
 
-def _unpack(words: list[Integers], jobs: Integers, bits: int, none: int) -> Integers:
+def _unpack(words: list[Integers], jobs: Integers, base: int, none: int) -> Integers:
     """Jobs by set, shape (sets, most jobs), given the words layer by layer."""
     rows = np.full((sum(map(len, words)), len(words)), none, dtype=np.int64)
     begin = 0
     for depth, layer in enumerate(words, start=1):
         for slot in range(depth):
-            numbers = (layer >> bits * (depth - 1 - slot)) & ((1 << bits) - 1)
-            rows[begin : begin + len(layer), slot] = jobs[numbers]
+            rows[begin : begin + len(layer), slot] = jobs[layer // base ** (depth - 1 - slot) % base]
         begin += len(layer)
     return rows
 

@@ -24,12 +24,16 @@ from planner.timetable_tasks import NEVER, grow, longest_ms, underway
 AT_ONCE = 2
 """So many neighborhoods are searched at once, each by a thread. Other numbers give other plans."""
 
-KINDS = ("max_lp", "default_lp")
-"""Searches of the whole model, by CP-SAT's names: in turns, in an order that does not depend on their speed. The cuts
-of the first raise the bound of tours several times faster than anything else; the second finds and proves."""
+QUICK, THOROUGH = "reduced_costs", "max_lp"
+"""Searches of the whole model, by CP-SAT's names. The first soon proves what is easy; the cuts of the second raise the
+bound of tours several times faster than anything else. Each has one thread: with several, CP-SAT 9.15 has ended the
+process ("Check failed: heuristics.fixed_search") where a model is closed while another thread is still reading it."""
+
+QUICK_EFFORT = 0.5
+"""Effort of the quick search."""
 
 FIRST_EFFORT = 2.0
-"""Effort of the first search of the whole model; each later one has twice as much."""
+"""Effort of the first thorough search, and of the neighborhoods after it; each later one has twice as much."""
 
 NEIGHBORHOOD_EFFORT = 0.1
 """Effort of a search of a neighborhood, at most."""
@@ -83,11 +87,11 @@ class _Search(cp_model.CpSolverSolutionCallback):
 
     Args:
         effort: At most.
-        whole: Whether it is one of the whole model, to raise the bound; else of a neighborhood.
+        kind: What CP-SAT calls it; None: as is good for neighborhoods.
     """
 
     def __init__(
-        self, model: TimetableModel, *, effort: float, whole: bool, news: SimpleQueue[_Found] | None = None
+        self, model: TimetableModel, *, effort: float, kind: str | None = None, news: SimpleQueue[_Found] | None = None
     ) -> None:
         super().__init__()
         self._model = model
@@ -96,13 +100,11 @@ class _Search(cp_model.CpSolverSolutionCallback):
         self._solver = cp_model.CpSolver()
         parameters = self._solver.parameters
         parameters.max_deterministic_time = effort
-        parameters.num_workers = len(KINDS) if whole else 1
-        parameters.interleave_search = whole
-        if whole:
-            parameters.subsolvers.extend(KINDS)
-            parameters.use_lns = False
-        else:
+        parameters.num_workers = 1
+        if kind is None:
             parameters.linearization_level = 0  # of little use where little is open
+        else:
+            parameters.subsolvers.append(kind)
         parameters.random_seed = _SEED
         parameters.cp_model_probing_level = 0  # on tours it takes longer than all the rest, and finds nothing
         self._solver.best_bound_callback = self._on_bound
@@ -170,9 +172,11 @@ class _Run:
         yield self._improvement("list schedule")
         if start is not None and self._use(start):
             yield self._improvement("given")
+        if self._goes_on():
+            yield from self._search_all(QUICK_EFFORT, QUICK)
         effort = FIRST_EFFORT
         while self._goes_on():
-            yield from self._search_all(effort)
+            yield from self._search_all(effort, THOROUGH)
             if self.best is not None:
                 yield from self._search_nearby(effort)
             effort *= 2
@@ -211,10 +215,10 @@ class _Run:
         model = TimetableModel(self._network, neighborhood(self._root, done, frozenset()), horizon_ms)
         if start.makespan_ms <= horizon_ms:
             model.vars.hint(start)
-        (found,) = self._together([_Search(model, effort=NEIGHBORHOOD_EFFORT, whole=False)])
+        (found,) = self._together([_Search(model, effort=NEIGHBORHOOD_EFFORT)])
         return self._take(found.solution)
 
-    def _search_all(self, effort: float) -> Iterator[Improvement]:
+    def _search_all(self, effort: float, kind: str) -> Iterator[Improvement]:
         """Search the whole model."""
         horizon_ms = longest_ms(self._root, self._network) if self.best is None else self.best.makespan_ms
         model = TimetableModel(self._network, self._root, horizon_ms)
@@ -223,7 +227,7 @@ class _Run:
             model.vars.hint(self.best)
         news: SimpleQueue[_Found] = SimpleQueue()
         limit = min(effort, self._effort - self._spent)
-        search = _Search(model, effort=limit, whole=True, news=news)
+        search = _Search(model, effort=limit, kind=kind, news=news)
         future = self._begin(search)
         while not future.done() or not news.empty():
             try:
@@ -258,7 +262,7 @@ class _Run:
                 root = neighborhood(self._root, done, free)
                 model = TimetableModel(self._network, root, self.best.makespan_ms - 1)
                 models.append(model)
-            searches = [_Search(model, effort=NEIGHBORHOOD_EFFORT, whole=False) for model in models]
+            searches = [_Search(model, effort=NEIGHBORHOOD_EFFORT) for model in models]
             all_found = self._together(searches)
             self._spent += sum(found.effort for found in all_found)
             self._spent += sum(len(model.arcs) for model in models) * _EFFORT_PER_ARC

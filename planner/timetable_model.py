@@ -195,8 +195,11 @@ class TimetableModel:
         self._model.add(start >= within.after)
         end = self._add(part, replace(within, after=start))
         inside = self.tasks[since:]
+        if is_begun(part):
+            self.vars.guess(start, lambda _: 0)
+            return start, end, within.present
         self.vars.guess(start, lambda g: min((g[t.start] for t in inside if g[t.present]), default=g[within.after]))
-        if is_begun(part) or any(task.present.index == within.present.index for task in inside):
+        if any(task.present.index == within.present.index for task in inside):
             return start, end, within.present
         return start, end, self.vars.some_of([task.present for task in inside]) if inside else None
 

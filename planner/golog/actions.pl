@@ -1,6 +1,7 @@
 :- module(planner_actions,
           [ agents_of/3,                % +Head, -Agents, +Situation
             may_begin/4,                % +Id, +Head, -Agents, +Situation
+            team_fits/3,                % +Agents, +Head, +Revision
             permitted/2,                % +Head, +Situation
             idle/2,                     % +Agents, +Situation
             one_step/3,                 % +Head, -Duration, +Situation
@@ -28,7 +29,7 @@ its agents and claim resources too, from its first step to its end; its own step
 :- use_module(library(ordsets)).
 :- use_module(library(lists)).
 :- use_module(library(apply)).
-:- use_module(kb_rules(facts), [agent/3, claims/3, duration/3, keeps_robot/2, odds/3, precondition/3]).
+:- use_module(kb_rules(facts), [agent/3, claims/3, duration/3, keeps_robot/2, kind/3, odds/3, parameter/4, precondition/3]).
 :- use_module(kb_rules(capability), [capable/3]).
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(travel)).
@@ -52,11 +53,16 @@ may_begin(Id, Head, Agents, S) :-
     ->  true
     ;   functor(Head, Name, _),
         revision(S, Revision),
-        ( Agents = [_] -> true ; is_set(Agents) ),
+        ( Agents = [_] -> true ; team_fits(Agents, Head, Revision) ),
         maplist(fit(Revision, Name, Id, S), Agents)
     ),
     may_claim(Id, Head, S),
     permitted(Head, S).
+
+%   Robots that do Head together are different, and each of the class that its place asks for.
+team_fits(Agents, Head, Revision) :-
+    is_set(Agents),
+    forall(( parameter(Revision, Head, Agent, Class), memberchk(Agent, Agents) ), kind(Revision, Agent, Class)).
 
 fit(Revision, Name, Id, S, Agent) :-
     free_for(Agent, Id, S),
@@ -250,8 +256,6 @@ begin_scope(Id, Head, Agents, S0, S) :-
 hold(Id, Agent, S0, S) :-
     ( set_value(held, Agent, _, S0) -> S = S0 ; set_data(held-Agent, Id, S0, S) ).
 
-%!  end_scope(+Id, +Head, +Situation, -Situation) is det.
-
 end_scope(Id, Head, S0, S) :-
     agents_of(Head, Agents, S0),
     foldl(let_go(Id), Agents, S0, S1),
@@ -260,10 +264,7 @@ end_scope(Id, Head, S0, S) :-
 let_go(Id, Agent, S0, S) :-
     ( set_value(held, Agent, Id, S0) -> forget(held, Agent, S0, S) ; S = S0 ).
 
-%!  give_up(+Which:list, +Situation, -Situation) is det.
-%
-%   The processes Which, as Id-Head, are given up with all that they have.
-
+%   Composite processes, as Id-Head, are given up with all that they have.
 give_up(Scopes, S0, S) :-
     foldl([Id-Head, A, B]>>end_scope(Id, Head, A, B), Scopes, S0, S).
 

@@ -4,6 +4,7 @@
             proposed_guide/3,           % +Choices, +Steps, -Guide
             guide_of/2,                 % +Situation, -Guide
             guided/1,                   % +Situation
+            unguided/2,                 % +Situation, -Situation
             next_choice/3,              % +Id, -Choice, +Situation
             take_choice/4,              % +Id, +Choice, +Situation, -Situation
             in_order/5,                 % +Id, +Head, +Agents, +Situation, -Situation
@@ -78,6 +79,17 @@ guide_of(S, Guide) :-
 
 guided(S) :-
     guide_of(S, _).
+
+%!  unguided(+Situation, -Situation) is det.
+%
+%   The same situation, with every choice open.
+
+unguided(S0, S) :-
+    mode(S0, Mode0),
+    (   Mode0 = replay(Travel, _) -> with_mode(S0, plan(Travel), S)
+    ;   Mode0 = act(_) -> no_guide(Guide), with_mode(S0, act(Guide), S)
+    ;   S = S0
+    ).
 
 with_guide(S0, Guide, S) :-
     mode(S0, Mode0),

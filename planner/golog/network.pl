@@ -105,8 +105,9 @@ expand(any_order(Frame, Step, Ps), In, any_order(Id, Ns)) :-
 expand(any_order(_, _, [], _), _, seq([])) :- !.
 expand(any_order(_, _, _, _), _, _) :- no_network(any_order).
 expand(choice(Frame, Step, Ps), In, alt(Id, Options)) :-
+    In = in(S, _, _, _),
     step_id(Frame, Step, Id),
-    findall(option([N], Node), ( nth1(N, Ps, P), expand(P, In, Node) ), Options),
+    findall(option([N], Node), ( nth1(N, Ps, P), \+ excluded(Id, N, S), expand(P, In, Node) ), Options),
     Options \== [].
 expand(pick(Frame, Step, V, Class, P), In, alt(Id, Options)) :-
     In = in(S, _, _, Groups),
@@ -183,7 +184,7 @@ could(Head, Agents, In) :-
     In = in(S, _, _, _),
     revision(S, Revision),
     functor(Head, Name, _),
-    is_set(Agents),
+    team_fits(Agents, Head, Revision),
     forall(member(Agent, Agents), capable(Revision, Name, Agent)),
     \+ ( precondition(Revision, Head, C), fixed(C, [], In, no) ).
 

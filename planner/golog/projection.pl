@@ -9,6 +9,8 @@
             team/2,                     % +Situation, -Agents
             log/2,                      % +Situation, -Newest first
             ahead/2,                    % +Situation, -Travel
+            with_revision/3,            % +Situation, +Revision, -Situation
+            with_limit/3,               % +Situation, +Limit, -Situation
             with_mode/3,                % +Situation, +Mode, -Situation
             at_time/3,                  % +Situation, +Milliseconds, -Situation
             with_runs/3,                % +Situation, +Runs, -Situation
@@ -28,7 +30,7 @@
             set_data/4,                 % +Key, +Value, +Situation, -Situation
             apply_effects/3,            % +Head, +Situation, -Situation
             exclude/4,                  % +PickId, +Individual, +Situation, -Situation
-            excluded/3                  % +PickId, +Individual, +Situation
+            excluded/3                  % +ChoiceId, +Label, +Situation
           ]).
 
 /** <module> Situations: what holds after the actions done so far
@@ -42,7 +44,7 @@ does one at a time, different agents act truly concurrently. All times are integ
     s(Fixed, Now, Fluents, Runs, Team, Log)
       Fixed    fixed(Revision, Mode, Limit, Began): no action changes it; the request began at Began
       Fluents  AVL tree of what differs from the knowledge base:
-               Property-Subject -> Value, loc(Frame,Name) -> Value, excluded(Pick,X) -> true,
+               Property-Subject -> Value, loc(Frame,Name) -> Value, excluded(Pick,X) -> true, only(Choice) -> Label,
                held-Robot -> Id, claimed(Resource) -> [Id, ...], worked(Robot) -> Milliseconds
       Runs     [run(End, Agents, Id, Head)], ordered: the durative steps that are running
       Team     agents that have acted, ordered; at most Limit
@@ -84,6 +86,8 @@ ahead(S, Travel) :-
     mode(S, Mode),
     ( Mode = plan(Travel) -> true ; Mode = replay(Travel, _) ).
 
+with_revision(s(fixed(_, M, L, B), N, F, Rs, T, G), R, s(fixed(R, M, L, B), N, F, Rs, T, G)).
+with_limit(s(fixed(R, M, _, B), N, F, Rs, T, G), L, s(fixed(R, M, L, B), N, F, Rs, T, G)).
 with_mode(s(fixed(R, _, L, B), N, F, Rs, T, G), Mode, s(fixed(R, Mode, L, B), N, F, Rs, T, G)).
 at_time(s(Fixed, _, F, Rs, T, G), Now, s(Fixed, Now, F, Rs, T, G)).
 with_runs(s(Fixed, N, F, _, T, G), Runs, s(Fixed, N, F, Runs, T, G)).
@@ -219,5 +223,13 @@ change((Property-Subject)-Value, S0, S) :-
 exclude(Pick, Individual, S0, S) :-
     set_data(excluded(Pick, Individual), true, S0, S).
 
+%!  excluded(+ChoiceId, +Label, +Situation) is semidet.
+%
+%   The label is chosen no more there, or we ask what would be if another were (planner_hypotheses).
+
 excluded(Pick, Individual, S) :-
-    known(excluded(Pick, Individual), true, S).
+    (   known(excluded(Pick, Individual), true, S)
+    ->  true
+    ;   known(only(Pick), Other, S),
+        Other \== Individual
+    ).

@@ -43,6 +43,7 @@ trans(choice(Frame, Step, Ps), S, P1, S1) :-        % nondeterministic branch: [
     step_id(Frame, Step, Id),
     ( next_choice(Id, Planned, S) -> N = Planned ; free_choice(S) ),
     nth1(N, Ps, P),
+    \+ excluded(Id, N, S),
     take_choice(Id, N, S, S0),
     taken(P, S0, P1, S1).
 trans(pick(Frame, Step, V, Class, P), S, picked(Id-X, pick(Frame, Step, V, Class, P), P1), S1) :-
@@ -59,6 +60,7 @@ trans(star(Frame, Step, P, N), S, [P1, star(Frame, Step, P, N1)], S1) :-
     N1 is N + 1,
     atomic_list_concat([Frame, Step, N], /, Id),
     ( guided(S) -> next_choice(Id, again, S) ; true ),
+    \+ excluded(Id, again, S),
     take_choice(Id, again, S, S0),
     trans(P, S0, P1, S1).
 trans(if(C, P, Q), S, P1, S1) :-                    % conditional: [ConGolog] 3
@@ -76,7 +78,8 @@ trans(conc(Ps), S, conc(Rest), S1) :-               % concurrency: [ConGolog] 4,
 trans(pconc([P|Ps]), S, pconc(Rest), S1) :-         % prioritized concurrency: [ConGolog] 4
     (   trans(P, S, P1, S1)
     *-> Rest = [P1|Ps]
-    ;   trans(pconc(Ps), S, pconc(Qs), S1),
+    ;   unguided(S, Free), \+ trans(P, Free, _, _), % what a plan puts off has precedence all the same
+        trans(pconc(Ps), S, pconc(Qs), S1),
         Rest = [P|Qs]
     ).
 trans(any_order(Frame, Step, Ps), S, P1, S1) :-     % OWL-S Any-Order: all, not overlapping
@@ -89,6 +92,7 @@ trans(any_order(Frame, Step, Parts, K), S, [P1, any_order(Frame, Step, Rest, K1)
     atomic_list_concat([Frame, Step, K], /, Id),
     ( next_choice(Id, Planned, S) -> N = Planned ; free_choice(S) ),
     select(N-P, Parts, Rest),
+    \+ excluded(Id, N, S),
     take_choice(Id, N, S, S0),
     taken(P, S0, P1, S1).
 trans(interrupt(Frame, Step, Vs, C, P), S, [P1, interrupt(Frame, Step, Vs, C, P)], S1) :-
@@ -159,7 +163,8 @@ final(picked(_, _, P), S, S1) :- final(P, S, S1).
 final(star(Frame, Step, P), S, S) :- final(star(Frame, Step, P, 0), S, S).
 final(star(Frame, Step, _, N), S, S) :-
     atomic_list_concat([Frame, Step, N], /, Id),
-    \+ next_choice(Id, again, S).
+    \+ next_choice(Id, again, S),
+    \+ excluded(Id, enough, S).
 final(if(C, P, Q), S, S1) :-
     asked(C, S, Answer),
     (   Answer == yes -> final(P, S, S1) ; Answer == no -> final(Q, S, S1) ).

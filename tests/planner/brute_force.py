@@ -2,80 +2,139 @@
 
 A program is made twice: as the term that the planner reads, and as a tree of tasks for `least`. They
 share no code with the planner: `least` lists every choice, and for each, every order in which tasks can
-be appended to the robots' schedules, each as early as can be.
+be appended to the robots' schedules, each as early as can be. What is done at once needs nothing that
+others need, and of equal starts any order will do, so that one of the orders gives the best schedule.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
-from itertools import product
+from dataclasses import dataclass, field, replace
+from itertools import permutations, product
+from math import floor
 from typing import TypeAlias
 
 import numpy as np
 
-from kb.terms import Term, Var, struct
+from kb.store import Snapshot
+from kb.terms import Struct, Term, Var, struct
+from tests.planner.yard import Job, Yard
 
 ROBOTS = ("anna", "bert", "carl")
 PLACES = ("p1", "p2", "p3")
-SETUP_MS = 5
-"""What a Go takes besides the travel."""
-THINK_MS, LOOK_MS, LIFT_MS, MARK_MS = 7, 10, 20, 30
+CAPACITY = {"door": 1, "lot": 2}
+POWER_W = 2.0
+TRAVELS = ("Go", "Seek", "Carry")
+FIXED_MS = {"Go": 5, "Seek": 3, "Carry": 9, "Think": 7, "Look": 10, "Lift": 20, "Mark": 30, "Pass": 12, "Try": 11}
+"""What a process takes, besides the travel."""
+ODDS = {"Seek": 0.7, "Try": 0.8}
+CAPABLE = ("Lift", "Carry")
+"""What needs a lifter, or two."""
+
+_FRAME = Var("Frame")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class World:
-    """The robots, how long they travel, who can lift, how many may take part."""
+    """The robots, how long they travel, who can lift, how much energy who has, how many may take part."""
 
     robots: tuple[str, ...]
     lifters: frozenset[str]
     limit: int
     travel_ms: Mapping[tuple[str, str, str], int]
     drinks: Mapping[str, str]
+    energy_J: Mapping[str, float]  # noqa: N815 - as the ontology has it
 
-    def facts(self, revision: int) -> list[Term]:
-        """The world and the processes as facts of kb/rules/facts.pl."""
-        r, x = Var("R"), Var("X")
-        facts: list[Term] = [struct("kind", revision, robot, "Robot") for robot in self.robots]
-        facts += [struct("kind", revision, robot, "Lifter") for robot in sorted(self.lifters)]
-        facts += [struct("kind", revision, place, "Place") for place in PLACES]
+    def job(self, base: Snapshot, body: Term) -> Job:
+        """A request for the process `Main` with this body."""
+        yard = Yard(base)
+        for robot in self.robots:
+            energy = {"energy_J": self.energy_J[robot], "power_W": POWER_W} if robot in self.energy_J else {}
+            yard.add(robot, "Robot", *(["Lifter"] if robot in self.lifters else []), **energy)
+        for place in PLACES:
+            yard.add(place, "Place")
         for drink, place in self.drinks.items():
-            facts += [struct("kind", revision, drink, "Drink"), struct("value", revision, "standsAt", drink, place)]
-        for head, duration in (
-            (struct("Go", r, x), struct("travel", r, x, SETUP_MS)),
-            (struct("Look", r), struct("fixed", LOOK_MS)),
-            (struct("Lift", r), struct("fixed", LIFT_MS)),
-            (struct("Mark", r, x), struct("fixed", MARK_MS)),
-            ("Think", struct("fixed", THINK_MS)),
-        ):
-            facts.append(struct("duration", revision, head, duration))
-            facts += [] if isinstance(head, str) else [struct("agent", revision, head, r)]
-        frame, search = Var("Frame"), struct("Search", r, x)
-        body: list[Term] = [
-            struct("call", frame, "go", struct("Go", r, x)),
-            struct("call", frame, "think", "Think"),
-            struct("call", frame, "look", struct("Look", r)),
-        ]
-        facts += [
-            struct("effect", revision, struct("Go", r, x), struct("fluent", "locatedAt", r), x),
-            struct("effect", revision, struct("Mark", r, x), struct("fluent", "marked", x), True),
-            struct("requires", revision, "Lift", "Lifter"),
-            struct("agent", revision, search, r),
-            struct("definition", revision, search, frame, body),
-            struct("keeps_robot", revision, "Search"),
-        ]
-        return facts
+            yard.add(drink, "Drink", standsAt=place)
+        yard.add("door", "Door")
+        yard.add("lot", "Lot", capacity=CAPACITY["lot"])
+        _add_processes(yard)
+        yard.process("Main", body=body)
+        seconds = {way: ms / 1000 for way, ms in self.travel_ms.items()}
+        return Job(yard=yard, robots=self.limit, times=seconds)
 
 
-@dataclass(frozen=True, slots=True)
+def _add_processes(yard: Yard) -> None:
+    def atomic(name: str, *parameters: str, claims: tuple[str, ...] = (), marks: bool = False) -> None:
+        travels = name in TRAVELS
+        yard.process(
+            name,
+            *parameters,
+            duration_s=FIXED_MS[name] / 1000,
+            to="place" if travels else "",
+            claims=claims,
+            odds=ODDS.get(name),
+            requires="Lifter" if name in CAPABLE else "",
+            effects=[("locatedAt", r, "place") for r in parameters if travels and r.startswith("robot")]
+            + ([("marked", "place", True)] if marks else []),
+        )
+        if travels:
+            yard.definitions.append(struct("proc", Struct(name, tuple(Var(p.capitalize()) for p in parameters)), []))
+
+    robot, door, place = Var("Robot"), Var("Door"), Var("Place")
+    atomic("Go", "robot", "place")
+    atomic("Seek", "robot", "place")
+    atomic("Carry", "robot1", "robot2", "place")
+    atomic("Think")
+    atomic("Look", "robot")
+    atomic("Lift", "robot")
+    atomic("Mark", "robot", "place", marks=True)
+    atomic("Pass", "robot", "door", claims=("door",))
+    atomic("Try", "robot")
+    search: list[Term] = [_call("go", "Go", robot, place), _call("think", "Think"), _call("look", "Look", robot)]
+    cross: list[Term] = [_call("in", "Pass", robot, door), _call("on", "Go", robot, place)]
+    park: list[Term] = [_call("look", "Look", robot), _call("think", "Think")]
+    yard.process("Search", "robot", "place", keeps=True, body=search)
+    yard.process("Cross", "robot", "door", "place", keeps=True, claims=["door"], body=cross)
+    yard.process("Park", "robot", "door", claims=["door"], body=park)
+    yard.process("CleanDry", "robot", "place", body=[_call("go", "Go", robot, place), _call("look", "Look", robot)])
+    yard.process("CleanWet", "robot", "place", body=[_call("think", "Think"), _call("mark", "Mark", robot, place)])
+    recipes: list[Term] = [_call(recipe, recipe, robot, place) for recipe in ("CleanDry", "CleanWet")]
+    yard.process("Clean", "robot", "place", body=struct("choice", _FRAME, "recipe", recipes))
+
+
+def _call(step: str, name: str, *arguments: Term, frame: Term = _FRAME) -> Term:
+    return struct("call", frame, step, Struct(name, arguments) if arguments else name)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Block:
+    """A composite process that keeps its robot or uses resources, from its first step to its end."""
+
+    id: str
+    keeps: bool = False
+    claims: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """A step: process, robot ('' for none), place or mark, block that keeps its robot, mark it waits for."""
+    """A step.
+
+    Attributes:
+        robots: All that do it; the first one travels.
+        what: The place that it goes to, or that it marks.
+        claims: What it uses, if the block around it does not.
+        gate: The place that has to be marked before.
+        by_ms: When it has to have ended.
+    """
 
     process: str
-    robot: str
+    robots: tuple[str, ...] = ()
     what: str = ""
-    block: str = ""
+    claims: tuple[str, ...] = ()
+    block: Block | None = None
     gate: str = ""
+    by_ms: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,9 +158,20 @@ class Any:
     parts: tuple[Tree, ...]
 
 
-Tree: TypeAlias = Task | Seq | Conc | Any
+@dataclass(frozen=True, slots=True)
+class By:
+    """Ended by then."""
+
+    ms: int
+    part: Tree
+
+
+Tree: TypeAlias = Task | Seq | Conc | Any | By
 Named: TypeAlias = tuple[Term, Callable[[str], Tree]]
 """A term, and the tree for the robot that is picked around it."""
+
+_LEAVES = ("Think", "Lift", "Mark", "Go", "Search", "Carry", "Pass", "Try", "Seek", "Cross", "Park", "Clean")
+_INNER = ("seq", "conc", "choice", "pick", "foreach", "gate", "any_order", "deadline", "task")
 
 
 @dataclass(slots=True)
@@ -115,7 +185,7 @@ class Maker:
 
     def program(self) -> tuple[Term, Tree]:
         """The body of the process `Main`, and its tree."""
-        term, tree = self._part(3, Var("Frame"), "")
+        term, tree = self._part(3, _FRAME, "")
         return term, tree("")
 
     def _name(self) -> str:
@@ -124,7 +194,7 @@ class Maker:
 
     def _part(self, depth: int, frame: Term, robot: str) -> Named:
         """`robot` is the variable of the innermost pick around it, "" outside of any."""
-        kinds = ["task"] if depth == 0 or self.tasks_left <= 1 else ["seq", "conc", "choice", "pick", "foreach", "gate"]
+        kinds = ("task",) if depth == 0 or self.tasks_left <= 1 else _INNER[:-1] if depth == 3 else _INNER
         match str(self.rng.choice(kinds)):
             case "task":
                 return self._task(frame, robot)
@@ -138,20 +208,33 @@ class Maker:
                 term, tree = self._part(depth - 1, frame, picked)
                 robots = self.world.robots
                 return struct("pick", frame, step, Var(picked), "Robot", term), lambda _: Any(tuple(map(tree, robots)))
+            case "deadline":
+                by_ms = int(self.rng.integers(40, 400))
+                term, tree = self._part(depth - 1, frame, robot)
+                return struct("deadline", by_ms, term), lambda r: By(by_ms, tree(r))
             case kind:
-                step = self._name()
-                parts = [self._part(depth - 1, frame, robot) for _ in range(int(self.rng.integers(2, 4)))]
-                terms, trees = [t for t, _ in parts], [t for _, t in parts]
-                if kind == "choice":
-                    if self.rng.random() < 0.2:
-                        terms, trees = [*terms, []], [*trees, lambda _: Seq(())]
-                    return struct("choice", frame, step, terms), lambda r: Any(tuple(t(r) for t in trees))
-                if kind == "seq":
-                    return terms, lambda r: Seq(tuple(t(r) for t in trees))
+                return self._parts(kind, depth, frame, robot)
+
+    def _parts(self, kind: str, depth: int, frame: Term, robot: str) -> Named:
+        step = self._name()
+        parts = [self._part(depth - 1, frame, robot) for _ in range(int(self.rng.integers(2, 4)))]
+        terms, trees = [t for t, _ in parts], [t for _, t in parts]
+        match kind:
+            case "choice":
+                if self.rng.random() < 0.2:
+                    terms, trees = [*terms, []], [*trees, lambda _: Seq(())]
+                return struct("choice", frame, step, terms), lambda r: Any(tuple(t(r) for t in trees))
+            case "seq":
+                return terms, lambda r: Seq(tuple(t(r) for t in trees))
+            case "any_order":
+                return struct("any_order", frame, step, terms), lambda r: Any(
+                    tuple(Seq(tuple(t(r) for t in order)) for order in permutations(trees))
+                )
+            case _:
                 return struct("conc", terms), lambda r: Conc(tuple(t(r) for t in trees))
 
     def _who(self, robot: str) -> tuple[Term, Callable[[str], str]]:
-        if robot:
+        if robot and self.rng.random() < 0.9:
             return Var(robot), lambda r: r
         fixed = str(self.rng.choice(self.world.robots))
         return fixed, lambda _: fixed
@@ -159,27 +242,46 @@ class Maker:
     def _task(self, frame: Term, robot: str) -> Named:
         self.tasks_left -= 1
         step, (who, name) = self._name(), self._who(robot)
-        what = str(self.rng.choice(PLACES))
-        match str(self.rng.choice(["Think", "Lift", "Mark", "Go", "Search"])):
+        place, door = str(self.rng.choice(PLACES)), str(self.rng.choice(list(CAPACITY)))
+        process = str(self.rng.choice(_LEAVES))
+        match process:
             case "Think":
-                return struct("call", frame, step, "Think"), lambda _: Task("Think", "")
-            case "Lift":
-                return struct("call", frame, step, struct("Lift", who)), lambda r: Task("Lift", name(r))
-            case "Mark":
-                return struct("call", frame, step, struct("Mark", who, what)), lambda r: Task("Mark", name(r), what)
-            case "Go":
-                return struct("call", frame, step, struct("Go", who, what)), lambda r: Task("Go", name(r), what)
+                return _call(step, process, frame=frame), lambda _: Task(process=process)
+            case "Lift" | "Try":
+                return _call(step, process, who, frame=frame), lambda r: Task(process=process, robots=(name(r),))
+            case "Mark" | "Go" | "Seek":
+                return _call(step, process, who, place, frame=frame), lambda r: Task(
+                    process=process, robots=(name(r),), what=place
+                )
+            case "Carry":
+                other = str(self.rng.choice(self.world.robots))
+                return _call(step, process, who, other, place, frame=frame), lambda r: Task(
+                    process=process, robots=(name(r), other), what=place
+                )
+            case "Pass":
+                return _call(step, process, who, door, frame=frame), lambda r: Task(
+                    process=process, robots=(name(r),), claims=(door,)
+                )
+            case "Cross":
+                self.tasks_left -= 1
+                return _call(step, process, who, door, place, frame=frame), lambda r: cross(name(r), door, place, step)
+            case "Park":
+                self.tasks_left -= 1
+                return _call(step, process, who, door, frame=frame), lambda r: park(name(r), door, step)
+            case "Clean":
+                self.tasks_left -= 1
+                return _call(step, process, who, place, frame=frame), lambda r: clean(name(r), place)
             case _:
-                call = struct("call", frame, step, struct("Search", who, what))
-                return call, lambda r: search(name(r), what, step)
+                return _call(step, process, who, place, frame=frame), lambda r: search(name(r), place, step)
 
     def _gate(self, frame: Term, robot: str) -> Named:
         self.tasks_left -= 1
         step, (who, name) = self._name(), self._who(robot)
         gate = str(self.rng.choice(PLACES))
-        look = struct("call", frame, step, struct("Look", who))
         test = struct("test", struct("holds", "marked", gate, True))
-        return [test, look], lambda r: Task("Look", name(r), gate=gate)
+        return [test, _call(step, "Look", who, frame=frame)], lambda r: Task(
+            process="Look", robots=(name(r),), gate=gate
+        )
 
     def _foreach(self, frame: Term) -> Named:
         self.tasks_left -= len(self.world.drinks)
@@ -192,7 +294,7 @@ class Maker:
             [struct("-", drink, "Drink"), struct("-", place, "Place")],
             struct("holds", "standsAt", drink, place),
             inner,
-            struct("pick", inner, pick, robot, "Robot", struct("call", inner, "find", struct("Search", robot, place))),
+            struct("pick", inner, pick, robot, "Robot", _call("find", "Search", robot, place, frame=inner)),
         )
         turns = tuple(
             Any(tuple(search(r, place_name, f"{step}/{drink_name}") for r in self.world.robots))
@@ -201,47 +303,78 @@ class Maker:
         return term, lambda _: Conc(turns)
 
 
-def search(robot: str, place: str, block: str) -> Tree:
+def search(robot: str, place: str, step: str) -> Tree:
     """The steps of a Search, which keeps its robot."""
-    return Seq((Task("Go", robot, place, block), Task("Think", "", "", block), Task("Look", robot, "", block)))
+    block = Block(id=step, keeps=True)
+    go = Task(process="Go", robots=(robot,), what=place, block=block)
+    look = Task(process="Look", robots=(robot,), block=block)
+    return Seq((go, Task(process="Think", block=block), look))
+
+
+def cross(robot: str, door: str, place: str, step: str) -> Tree:
+    """The steps of a Cross, which keeps its robot and the door; its Pass uses the door that it has."""
+    block = Block(id=step, keeps=True, claims=(door,))
+    passing = Task(process="Pass", robots=(robot,), block=block)
+    return Seq((passing, Task(process="Go", robots=(robot,), what=place, block=block)))
+
+
+def park(robot: str, door: str, step: str) -> Tree:
+    """The steps of a Park, which keeps the door but not its robot."""
+    block = Block(id=step, claims=(door,))
+    return Seq((Task(process="Look", robots=(robot,), block=block), Task(process="Think", block=block)))
+
+
+def clean(robot: str, place: str) -> Tree:
+    """A Clean, by one of two recipes."""
+    dry = Seq((Task(process="Go", robots=(robot,), what=place), Task(process="Look", robots=(robot,))))
+    return Any((dry, Seq((Task(process="Think"), Task(process="Mark", robots=(robot,), what=place)))))
 
 
 def random_world(rng: np.random.Generator) -> World:
-    """One to three robots, up to three drinks; some ways are blocked."""
+    """One to three robots, up to three drinks; some ways are blocked, some robots have little energy."""
     robots = ROBOTS[: int(rng.integers(1, 4))]
     travel = {
         (robot, origin, goal): int(rng.integers(1, 100))
         for robot, origin, goal in product(robots, ("here", *PLACES), PLACES)
-        if rng.random() < 0.93
+        if rng.random() < 0.96
     }
     return World(
         robots=robots,
-        lifters=frozenset(r for r in robots if rng.random() < 0.85),
+        lifters=frozenset(r for r in robots if rng.random() < 0.9),
         limit=int(rng.integers(1, 4)),
         travel_ms=travel,
         drinks={f"d{n}": str(rng.choice(PLACES)) for n in range(int(rng.integers(0, 4)))},
+        energy_J={r: float(rng.integers(50, 600)) / 1000 for r in robots if rng.random() < 0.2},
     )
+
+
+def random_case(seed: int) -> tuple[World, Term, Tree]:
+    """A world, the body of a program in it, and its tree."""
+    rng = np.random.default_rng(seed)
+    world = random_world(rng)
+    body, tree = Maker(rng, world).program()
+    return world, body, tree
 
 
 # ------------------------------------------------------------------------------------- every execution
 
 
-Job: TypeAlias = tuple[Task, tuple[int, ...]]
-"""A task and the numbers of the jobs before it."""
+Ordered: TypeAlias = tuple[Task, tuple[int, ...]]
+"""A task and the numbers of those before it."""
 
 
 def least(tree: Tree, world: World) -> tuple[int, int] | None:
     """Least makespan, and of those least robot time, in milliseconds; None if there is no execution."""
-    found = [result for jobs in _resolved(tree) for result in _schedules(jobs, world)]
+    found = (result for tasks in _resolved(tree) for result in _Schedules(tasks, world).all())
     return min(found, default=None)
 
 
-def _resolved(tree: Tree) -> Iterator[list[Job]]:
-    """The jobs for every way to choose."""
-    for tasks in _choices(tree):
-        jobs: list[Job] = []
-        _number(tasks, (), jobs)
-        yield jobs
+def _resolved(tree: Tree) -> Iterator[list[Ordered]]:
+    """The tasks for every way to choose."""
+    for chosen in _choices(tree):
+        tasks: list[Ordered] = []
+        _number(chosen, (), None, tasks)
+        yield tasks
 
 
 def _choices(tree: Tree) -> Iterator[Tree]:
@@ -255,90 +388,134 @@ def _choices(tree: Tree) -> Iterator[Tree]:
             yield from (Seq(chosen) for chosen in product(*map(_choices, parts)))
         case Conc(parts):
             yield from (Conc(chosen) for chosen in product(*map(_choices, parts)))
+        case By(ms, part):
+            yield from (By(ms, chosen) for chosen in _choices(part))
 
 
-def _number(tree: Tree, before: tuple[int, ...], jobs: list[Job]) -> tuple[int, ...]:
-    """Add the jobs of a tree; the numbers of those that what follows it has to wait for."""
+def _number(tree: Tree, before: tuple[int, ...], by_ms: int | None, tasks: list[Ordered]) -> tuple[int, ...]:
+    """Add the tasks of a tree; the numbers of those that what follows it has to wait for."""
     match tree:
         case Task():
-            jobs.append((tree, before))
-            return (len(jobs) - 1,)
+            tasks.append((replace(tree, by_ms=by_ms), before))
+            return (len(tasks) - 1,)
         case Seq(parts):
             for part in parts:
-                before = _number(part, before, jobs)
+                before = _number(part, before, by_ms, tasks)
             return before
+        case By(ms, part):
+            # Nothing to do is something that has to be over in time, too.
+            after = _number(part, before, ms if by_ms is None else min(ms, by_ms), tasks)
+            return _number(Task(process=""), after, ms, tasks)
         case Conc(parts) | Any(parts):
-            ends = [_number(part, before, jobs) for part in parts]
+            ends = [_number(part, before, by_ms, tasks) for part in parts]
             return tuple(sorted(set().union(*ends))) if ends else before
 
 
-def _schedules(jobs: list[Job], world: World) -> Iterator[tuple[int, int]]:
-    """(makespan, robot time) of every order in which the jobs can be appended."""
-    team = {task.robot for task, _ in jobs} - {""}
-    if len(team) > world.limit or any(t.process == "Lift" and t.robot not in world.lifters for t, _ in jobs):
-        return
-    ends: dict[int, int] = {}
-    marked: dict[str, int] = {}
-    free = dict.fromkeys(team, 0)
-    at = dict.fromkeys(team, "here")
-    keeps = dict.fromkeys(team, "")
-    worked = 0
+@dataclass(slots=True)
+class _Schedules:
+    """Every order in which tasks can be appended."""
 
-    def extend() -> Iterator[tuple[int, int]]:
-        nonlocal worked
-        if len(ends) == len(jobs):
-            yield max(ends.values(), default=0), worked
-        ready = [n for n, (_, before) in enumerate(jobs) if n not in ends and all(b in ends for b in before)]
-        # What needs no robot takes nobody's place, and a robot in a block can do nothing else: at once.
-        next_ones = [n for n in ready if not jobs[n][0].robot or (jobs[n][0].block and jobs[n][0].process != "Go")]
-        for number in next_ones[:1] or ready:
-            task, before = jobs[number]
-            if task.robot and keeps[task.robot] not in ("", task.block):
-                continue
-            if task.gate and task.gate not in marked:
-                continue
-            start = max((ends[b] for b in before), default=0)
-            start = max(start, free.get(task.robot, 0), marked.get(task.gate, 0))
-            took = _took(task, at.get(task.robot, ""), world)
-            if took is None:
-                continue
-            saved = (free.get(task.robot, 0), at.get(task.robot, ""), keeps.get(task.robot, ""), dict(marked))
-            ends[number] = start + took
-            if task.robot:
-                free[task.robot], worked = start + took, worked + took
-                keeps[task.robot] = task.block if task.process == "Go" else ""
-                at[task.robot] = task.what if task.process == "Go" else at[task.robot]
-            if task.process == "Mark":
-                marked[task.what] = min(marked.get(task.what, start + took), start + took)
-            yield from extend()
-            del ends[number]
-            if task.robot:
-                free[task.robot], at[task.robot], keeps[task.robot] = saved[:3]
-                worked -= took
-            marked.clear()
-            marked.update(saved[3])
+    tasks: list[Ordered]
+    world: World
+    ends: dict[int, int] = field(default_factory=dict)
+    marked: dict[str, int] = field(default_factory=dict)
+    free: Counter[str] = field(default_factory=Counter)
+    """When each robot is."""
+    at: dict[str, str] = field(default_factory=dict)
+    keeper: dict[str, str] = field(default_factory=dict)
+    """The block that keeps a robot."""
+    slots: dict[str, list[int | str]] = field(default_factory=dict)
+    """Of each resource, as many as its capacity: when it is free, or the block that has it."""
+    worked: Counter[str] = field(default_factory=Counter)
 
-    yield from extend()
+    def all(self) -> Iterator[tuple[int, int]]:
+        """(makespan, robot time) of each."""
+        team = {robot for task, _ in self.tasks for robot in task.robots}
+        if len(team) <= self.world.limit and all(self._able(task) for task, _ in self.tasks):
+            self.slots = {resource: [0] * n for resource, n in CAPACITY.items()}
+            yield from self._extended()
+
+    def _able(self, task: Task) -> bool:
+        able = task.process not in CAPABLE or set(task.robots) <= self.world.lifters
+        return able and len(set(task.robots)) == len(task.robots)
+
+    def _extended(self) -> Iterator[tuple[int, int]]:
+        if len(self.ends) == len(self.tasks):
+            yield max(self.ends.values(), default=0), self.worked.total()
+        ready = [n for n, (_, b) in enumerate(self.tasks) if n not in self.ends and all(m in self.ends for m in b)]
+        at_once = [n for n in ready if self._takes_nothing(self.tasks[n][0])]
+        for number in at_once[:1] or ready:
+            if all(self._kept_by(robot, self.tasks[number][0].block) for robot in self.tasks[number][0].robots):
+                yield from self._appended(number)
+
+    def _takes_nothing(self, task: Task) -> bool:
+        """Of what others may want: its robots are kept for it, and it begins no block that claims something."""
+        kept = all(self.keeper.get(robot) for robot in task.robots)
+        begins = task.block is not None and bool(task.block.claims) and not self._has_begun(task.block)
+        return not task.claims and not begins and not task.gate and kept
+
+    def _kept_by(self, robot: str, block: Block | None) -> bool:
+        return self.keeper.get(robot, "") in ("", block.id if block else "")
+
+    def _has_begun(self, block: Block) -> bool:
+        return any(self.tasks[n][0].block == block for n in self.ends)
+
+    def _appended(self, number: int) -> Iterator[tuple[int, int]]:
+        task, before = self.tasks[number]
+        block = task.block
+        wanted = task.claims + (block.claims if block and not self._has_begun(block) else ())
+        times = [[free for free in self.slots[r] if isinstance(free, int)] for r in wanted]
+        took = _took(task, self.at, self.world)
+        if took is None or not all(times) or (task.gate and task.gate not in self.marked):
+            return
+        start = max([self.ends[b] for b in before] + [self.free[r] for r in task.robots] + [*map(min, times), 0])
+        start = max(start, self.marked.get(task.gate, 0))
+        end = start + took
+        late = task.by_ms is not None and end > task.by_ms
+        if late or any(self.worked[r] + took > _limit_ms(r, self.world) for r in task.robots):
+            return
+        then = _Schedules(
+            tasks=self.tasks,
+            world=self.world,
+            ends={**self.ends, number: end},
+            marked=dict(self.marked),
+            free=self.free | Counter(dict.fromkeys(task.robots, end)),
+            at={**self.at, **(dict.fromkeys(task.robots, task.what) if task.process in TRAVELS else {})},
+            keeper=dict(self.keeper),
+            slots={resource: list(times) for resource, times in self.slots.items()},
+            worked=self.worked + Counter(dict.fromkeys(task.robots, took)),
+        )
+        if task.process == "Mark":
+            then.marked[task.what] = min(then.marked.get(task.what, end), end)
+        for resource, free in zip(wanted, times, strict=True):
+            then.slots[resource].remove(min(free))
+            then.slots[resource].append(block.id if block and resource in block.claims else end)
+        if block is not None:
+            then.keeper |= dict.fromkeys(task.robots, block.id) if block.keeps else {}
+            if all(n in then.ends for n, (t, _) in enumerate(self.tasks) if t.block == block):
+                then.release(block, end)
+        yield from then._extended()
+
+    def release(self, block: Block, end: int) -> None:
+        """The block ends."""
+        self.keeper = {robot: keeper for robot, keeper in self.keeper.items() if keeper != block.id}
+        self.slots = {
+            resource: [end if slot == block.id else slot for slot in slots] for resource, slots in self.slots.items()
+        }
 
 
-def _took(task: Task, origin: str, world: World) -> int | None:
-    match task.process:
-        case "Go":
-            way = world.travel_ms.get((task.robot, origin, task.what))
-            return None if way is None else way + SETUP_MS
-        case "Think":
-            return THINK_MS
-        case "Look":
-            return LOOK_MS
-        case "Lift":
-            return LIFT_MS
-        case _:
-            return MARK_MS
+def _limit_ms(robot: str, world: World) -> int:
+    energy = world.energy_J.get(robot)
+    return 1 << 40 if energy is None else floor(1000 * energy / POWER_W)
 
 
-def request(body: Term, revision: int) -> list[Term]:
-    """The process `Main` with this body."""
-    return [struct("definition", revision, "Main", Var("Frame"), body)]
+def _took(task: Task, at: Mapping[str, str], world: World) -> int | None:
+    odds = ODDS.get(task.process, 1.0)
+    fixed = round(FIXED_MS.get(task.process, 0) / odds)
+    if task.process not in TRAVELS:
+        return fixed
+    way = world.travel_ms.get((task.robots[0], at.get(task.robots[0], "here"), task.what))
+    return None if way is None else round(way / odds) + fixed
 
 
 def travel_tables(world: World) -> Term:

@@ -235,7 +235,9 @@ class RandomNetwork:
     def _node(self, depth: int, around: tuple[str, ...]) -> Node:
         """A part; `around` stand for robots that were chosen outside of it."""
         rng = self._rng
-        kind = "step" if depth == 0 else rng.choice(["step", "seq", "side", "any", "alt", "pick", "held", "claim", "by"])
+        kind = (
+            "step" if depth == 0 else rng.choice(["step", "seq", "side", "any", "alt", "pick", "held", "claim", "by"])
+        )
         match str(kind):
             case "seq":
                 return InSequence(parts=self._nodes(depth, around))

@@ -36,7 +36,6 @@ _FIND_MS = 1649
 """What SearchDrink takes beside its way."""
 _BASE = "http://example.org/concertmaster"
 
-
 Said = dict[str, str | int | float | bool]
 
 
@@ -91,9 +90,9 @@ def _tea() -> str:
     )
 
 
-def _with(folder: Path, to: Path, name: str, owl: str) -> Path:
-    """A copy of ontologies whose site imports one more file of tasks."""
-    shutil.copytree(folder, to)
+def _with(to: Path, name: str, owl: str) -> Path:
+    """A copy of the shipped ontologies whose site imports one more file of tasks."""
+    shutil.copytree(SHIPPED, to)
     (to / "tasks" / f"{name}.owl").write_text(owl, encoding="utf-8")
     site = to / "sites" / "tue_lab" / "tue_lab.owl"
     imports = f'<owl:imports rdf:resource="{_BASE}/objects.owl"/>'
@@ -391,11 +390,11 @@ def _alive(group: int) -> list[int]:
     return alive
 
 
-def test_recipe(reach: Callable[[str], GoalPlan], lab: Snapshot, folder: Path, tmp_path: Path, travel: Travel) -> None:
+def test_recipe(reach: Callable[[str], GoalPlan], lab: Snapshot, tmp_path: Path, travel: Travel) -> None:
     """A plan that is kept as a recipe is a task type, and our own planner finds the same makespan for it."""
     plan = reach("hasDetectedPosition(drink_1)")
     owl = as_owl(plan, "FindIt", lab)
-    own = _with(folder, tmp_path / "ontologies", "find_it", owl)
+    own = _with(tmp_path / "ontologies", "find_it", owl)
     knowledge = KnowledgeBase("tue_lab", own)
     snapshot = knowledge.snapshot()
     assert {p.name for p in snapshot.processes["FindIt"].inputs} == {"drink1"}
@@ -425,9 +424,9 @@ def travel_times(travel: Travel) -> TravelTimes:
 
 
 @pytest.mark.slow
-def test_together(folder: Path, travel: Travel, way_ms: Way, tmp_path: Path) -> None:
+def test_together(travel: Travel, way_ms: Way, tmp_path: Path) -> None:
     """Two robots, a claimed machine, numbers that are compared, and odds: all of it in one step."""
-    knowledge = KnowledgeBase("tue_lab", _with(folder, tmp_path / "ontologies", "tea", _tea()))
+    knowledge = KnowledgeBase("tue_lab", _with(tmp_path / "ontologies", "tea", _tea()))
     snapshot = knowledge.snapshot()
     plan = solve(parse_goal("isEmpty(drink_1)=false", snapshot), snapshot, travel)
     knowledge.close()

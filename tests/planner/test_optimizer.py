@@ -108,6 +108,22 @@ def test_a_start_is_taken_over_where_it_is_good() -> None:
     check(request, found)
 
 
+def test_a_start_that_is_too_much_by_now_is_not_taken_over() -> None:
+    """With a team of one, two robots are too many; with an empty battery, two drinks."""
+    here, table = np.array([10, 10]), np.full((2, 2), 3_000)
+    robots = {"r1": (0, here), "r2": (0, here)}
+    drinks = [find(f"d{i}", ["r1", "r2"], place) for i, place in enumerate("ab")]
+    two = last_of(network(drinks, tuple("ab"), [table], robots))
+    assert two.makespan_ms == 1_010
+    one = network(drinks, tuple("ab"), [table], robots, team=1)
+    assert {i.solution.makespan_ms for i in improve(one, effort=1.0, stop=never, start=two) if i.solution} == {5_010}
+    alone = last_of(one)
+    weak = network(drinks, tuple("ab"), [table], robots, work_ms={"r1": 2_000, "r2": 2_000})
+    first = next(improve(weak, effort=1.0, stop=never, start=alone)).solution
+    assert first is not None
+    assert first.makespan_ms == 1_010
+
+
 def test_what_is_under_way_comes_first() -> None:
     """A robot that is at something for long leaves the drink to the other, though that is farther away."""
     here = {"near": (0, np.array([1_000, 9_000])), "far": (0, np.array([5_000, 9_000]))}

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
-import numpy as np
-
 from kb.prolog import Entry
-from kb.terms import Term, struct
-from tests.planner.brute_force import Maker, Tree, World, least, random_world, request, travel_tables
+from kb.store import Snapshot
+from kb.terms import struct
+from tests.planner.brute_force import World, least, random_case, travel_tables
+from tests.planner.yard import Job
 
 _CASES = 300
 _REVISION = -1
@@ -22,24 +24,22 @@ _look_ahead = Entry(search_path="planner_golog", file="planning", name="look_ahe
 _search_plan = Entry(search_path="planner_golog", file="planning", name="search_plan")
 
 
-def plan(body: Term, world: World, max_nodes: int) -> Any:
-    """What the planner answers for a program."""
-    _load_facts([*world.facts(_REVISION), *request(body, _REVISION)])
+@contextmanager
+def looked_ahead(job: Job, world: World) -> Iterator[str]:
+    """The name of a session that may be planned."""
+    _load_facts(job.yard.facts(_REVISION))
     try:
-        _open_session(struct("request", "test", _REVISION, "Main", world.limit, 0))
-        _look_ahead(struct("ahead", "test", 0, travel_tables(world)))
-        return _search_plan(struct("search", "test", max_nodes, -1))
+        _open_session(struct("request", "task", _REVISION, "Main", world.limit, 0))
+        _look_ahead(struct("ahead", "task", 0, travel_tables(world)))
+        yield "task"
     finally:
-        _close_session("test")
+        _close_session("task")
         _drop_facts(_REVISION)
 
 
-def case(seed: int) -> tuple[Term, Tree, World]:
-    """A program, its tree and its world."""
-    rng = np.random.default_rng(seed)
-    world = random_world(rng)
-    body, tree = Maker(rng, world).program()
-    return body, tree, world
+def search(session: str, max_nodes: int) -> Any:
+    """What the exact search answers."""
+    return _search_plan(struct("search", session, max_nodes, -1))
 
 
 def robot_time_ms(answer: Any) -> int:
@@ -47,13 +47,14 @@ def robot_time_ms(answer: Any) -> int:
     return sum(len(robots) * (end - start) for start, end, _, robots, *_ in answer["steps"])
 
 
-def test_a_plan_has_the_least_makespan_and_then_the_least_robot_time() -> None:
+def test_a_plan_has_the_least_makespan_and_then_the_least_robot_time(tue_lab: Snapshot) -> None:
     """Over random programs: both are those of the best of all executions; "unsolvable" where there is none."""
     statuses: Counter[str] = Counter()
     for seed in range(_CASES):
-        body, tree, world = case(seed)
+        world, body, tree = random_case(seed)
         best = least(tree, world)
-        answer = plan(body, world, 200_000)
+        with looked_ahead(world.job(tue_lab, body), world) as session:
+            answer = search(session, 200_000)
         statuses[answer["status"]] += 1
         if best is None:
             assert answer["status"] == "unsolvable_proven", f"seed {seed}"
@@ -64,13 +65,14 @@ def test_a_plan_has_the_least_makespan_and_then_the_least_robot_time() -> None:
     assert min(statuses.values()) > _CASES // 10, statuses
 
 
-def test_with_a_small_budget_the_bound_is_below_and_the_plan_above_the_optimum() -> None:
+def test_with_a_small_budget_the_bound_is_below_and_the_plan_above_the_optimum(tue_lab: Snapshot) -> None:
     """Nothing is said to be optimal or unsolvable that is not."""
     statuses: Counter[str] = Counter()
     for seed in range(_CASES):
-        body, tree, world = case(seed)
+        world, body, tree = random_case(seed)
         best = least(tree, world)
-        answer = plan(body, world, seed % 4)
+        with looked_ahead(world.job(tue_lab, body), world) as session:
+            answer = search(session, seed % 4)
         statuses[answer["status"]] += 1
         if best is None:
             assert answer["status"] in ("unsolvable_proven", "unsolvable_incompletely"), f"seed {seed}"

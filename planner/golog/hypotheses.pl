@@ -1,0 +1,290 @@
+:- module(planner_hypotheses,
+          [ suppose/2,                  % +Supposition, -Dict
+            prospects/2                 % +Request, -Dict
+          ]).
+
+/** <module> What if: a session as it would be if something were otherwise
+
+suppose/2 makes another session of a session: a choice is taken as told, a fact is another, more robots
+may take part. It is planned like any session and guides nothing. prospects/2 lists what a program may
+come to: its choices, and the facts that keep robots and branches from it.
+
+These are entries of planner/hypotheses.py (see kb/prolog.py).
+*/
+
+:- use_module(library(lists)).
+:- use_module(library(apply)).
+:- use_module(library(occurs), [sub_term/2]).
+:- use_module(kb_rules(facts)).
+:- use_module(kb_rules(capability), [missing/4]).
+:- use_module(planner_golog(actions)).
+:- use_module(planner_golog(influence)).
+:- use_module(planner_golog(projection)).
+:- use_module(planner_golog(sessions)).
+:- use_module(planner_golog(transition)).
+:- use_module(planner_golog(travel)).
+
+% ------------------------------------------------------------------------------------- suppositions
+
+%!  suppose(+Supposition, -Dict) is det.
+%
+%   Supposition is supposition(Session, New, Changes): New is Session with all Changes, each one of
+%
+%     only(Id, Label)               at the choice Id, only Label is chosen
+%     value(Property, Subject, V)   the property has this value
+%     kind(Individual, Class)       the individual belongs to the class
+%     team(N)                       at most N robots take part
+%     deadline(Process, Old, New)   the process has New milliseconds instead of Old
+%
+%   What the planner looks up without a situation (classes, definitions) is changed in facts of its own,
+%   which are those of the revision New.
+
+suppose(supposition(Session, New, Changes), _{}) :-
+    kept(Session, P0, S0),
+    (   member(Change, Changes), of_facts(Change)
+    ->  revision(S0, Revision),
+        copied(Revision, New),
+        with_revision(S0, New, S1)
+    ;   S1 = S0
+    ),
+    foldl(supposed, Changes, P0-S1, P-S),
+    keep(New, P, S).
+
+of_facts(kind(_, _)).
+of_facts(deadline(_, _, _)).
+
+copied(Revision, New) :-
+    drop_facts(New, _),
+    forall(( kb_facts:exported(Name/Arity), functor(Fact, Name, Arity), arg(1, Fact, Revision), kb_facts:Fact ),
+           ( Fact =.. [Name, _|Arguments], Copy =.. [Name, New|Arguments], assertz(kb_facts:Copy) )).
+
+supposed(only(Id, Label), P-S0, P-S) :- set_data(only(Id), Label, S0, S).
+supposed(value(Property, X, Value), P-S0, P-S) :- set_data(Property-X, Value, S0, S).
+supposed(team(N), P-S0, P-S) :- with_limit(S0, N, S).
+supposed(kind(X, Class), P-S, P-S) :-
+    revision(S, Revision),
+    assertz(kb_facts:kind(Revision, X, Class)).
+supposed(deadline(Process, Old, New), P0-S, P-S) :-
+    revision(S, Revision),
+    extended(Old, New, P0, P),                      % what has begun already
+    findall(definition(Head, Frame, Body),
+            ( definition(Revision, Head, Frame, Body), functor(Head, Process, _) ),
+            Definitions),
+    forall(member(definition(Head, Frame, Body0), Definitions),
+           ( extended(Old, New, Body0, Body),
+             functor(Head, Process, Arity), functor(General, Process, Arity),
+             retractall(kb_facts:definition(Revision, General, _, _)),
+             assertz(kb_facts:definition(Revision, Head, Frame, Body)) )).
+
+extended(_, _, Term, Term) :- \+ compound(Term), !.
+extended(Old, New, deadline(Old, P0), deadline(New, P)) :- !, extended(Old, New, P0, P).
+extended(Old, New, Term0, Term) :- mapargs(extended(Old, New), Term0, Term).
+
+% ---------------------------------------------------------------------------------------- prospects
+
+%!  prospects(+Request, -Dict) is det.
+%
+%   Request is prospects(Session, Below): all that the program may come to from where it is looked ahead
+%   from, as far as choices are open (`only`). Facts in the way are told of the part below the choice
+%   Below alone, if that is not `all`. Members of the answer, each in the order of the program:
+%
+%     choices    [Id, Kind, [Label, ...], [Name, ...]], Kind being individual, branch, or part (of an any-order)
+%     claims     [Id, Resource]: of a step or composite process
+%     deadlines  [Process, Milliseconds]
+%     energies   [Robot, Energy, Power, Worked], in J, W and ms
+%     obstacles  see row/3
+
+prospects(prospects(Session, Below), _{choices: Choices, claims: Claims, deadlines: Deadlines, energies: Energies,
+                                       obstacles: Obstacles}) :-
+    ahead_of(Session, P, S),
+    called(P, S, Names),
+    ( Below == all -> Inside = true ; Inside = false ),
+    findall(Item, met(P, in(S, Names, Session, Below, Inside), Item), Items0),
+    list_to_set(Items0, Items),
+    findall([Id, Kind, Labels, Told], member(option(Id, Kind, Labels, Told), Items), Choices),
+    findall([Id, R], member(claim(Id, R), Items), Claims),
+    findall([Process, Ms], member(deadline(Process, Ms), Items), Deadlines),
+    findall([R, E, W, Done], ( member_of('Robot', R, S), energy(R, S, E, W, Done) ), Energies),
+    findall(Row, ( member(obstacle(O), Items), row(O, S, Row) ), Obstacles).
+
+energy(Robot, S, Energy, Power, Done) :-
+    work_limit(Robot, _, S),
+    fluent_value(energy_J, Robot, Energy, S),
+    fluent_value(power_W, Robot, Power, S),
+    worked(Robot, S, Done), !.
+
+worked(Robot, S, Done) :- ( known(worked(Robot), Done0, S) -> Done = Done0 ; Done = 0 ).
+
+%   met(+Program, +In, -Item) is nondet. In is in(Situation, Names, Process, Below, Inside): Names are the
+%   processes of the whole program, Process is the one that Program belongs to, Inside whether it is below Below.
+met([P|Ps], In, Item) :- member(Q, [P|Ps]), met(Q, In, Item).
+met(conc(Ps), In, Item) :- member(P, Ps), met(P, In, Item).
+met(pconc(Ps), In, Item) :- member(P, Ps), met(P, In, Item).
+met(search(P), In, Item) :- met(P, In, Item).
+met(deadline(Ms, _), in(_, _, Process, _, _), deadline(Process, Ms)).
+met(deadline(_, P), In, Item) :- met(P, In, Item).
+met(picked(_, _, P), In, Item) :- met(P, In, Item).
+met(scope(_, _, P), In, Item) :- met(P, In, Item).
+met(star(_, _, P), In, Item) :- met(P, In, Item).
+met(star(_, _, P, _), In, Item) :- met(P, In, Item).
+met(until(P, _), In, Item) :- met(P, In, Item).
+met(while(_, P), In, Item) :- met(P, In, Item).
+met(if(C, P, Q), In, Item) :-
+    In = in(S, Names, _, _, _),
+    ( lasting(C, [], Names, S) -> asked(C, S, Answer) ; Answer = unknown ),
+    ( Answer \== no, met(P, In, Item) ; Answer \== yes, met(Q, In, Item) ).
+met(test(C), In, obstacle(broken(Process, [], Lasting, Broken))) :-
+    In = in(_, _, Process, _, true),
+    breaks(C, In, Lasting, Broken).
+met(interrupt(Frame, Step, Vs, C, P), In, Item) :- met(foreach(Frame, Step, Vs, C, _, P), In, Item).
+met(foreach(Frame, Step, Vs, C, Inner, P), In, Item) :-
+    In = in(S, _, _, _, _),
+    catch(instances(Frame, Step, Vs, C, Inner-P, S, Turns), error(depends_on_sensing(_), _), fail),
+    member(Turn, Turns),
+    met(Turn, In, Item).
+met(choice(Frame, Step, Ps), In, Item) :-
+    step_id(Frame, Step, Id),
+    length(Ps, N),
+    numlist(1, N, Numbers),
+    maplist(told_branch, Ps, Names),
+    (   Item = option(Id, branch, Numbers, Names)
+    ;   nth1(K, Ps, P), taken(Id, K, In, In1), met(P, In1, Item)
+    ).
+met(any_order(Frame, Step, Ps), In, Item) :-
+    length(Ps, N),
+    numlist(1, N, Numbers),
+    maplist(told_branch, Ps, Names),
+    (   member(K, Numbers), atomic_list_concat([Frame, Step, K], /, Id), Item = option(Id, part, Numbers, Names)
+    ;   member(P, Ps), met(P, In, Item)
+    ).
+met(any_order(_, _, Parts, _), In, Item) :- member(_-P, Parts), met(P, In, Item).
+met(pick(Frame, Step, V, Class, P), In, Item) :-
+    In = in(S, _, Process, _, Inside),
+    step_id(Frame, Step, Id),
+    findall(X, member_of(Class, X, S), Xs),
+    (   Item = option(Id, individual, Xs, Xs)
+    ;   Xs == [], Inside == true, Item = obstacle(nobody(Process, Class))
+    ;   member(X, Xs), Inside == true, known(excluded(Id, X), true, S), Item = obstacle(failed(Process, X, Id))
+    ;   member(X, Xs), taken(Id, X, In, In1), copy_term(V-P, X-Bound), met(Bound, In1, Item)
+    ).
+met(call(Frame, Step, Head0), In, Item) :-
+    In = in(S, Names, _, Below, Inside),
+    bound_head(Head0, S, Head),
+    step_id(Frame, Step, Id),
+    functor(Head, Name, _),
+    (   claims_of(Head, Resources, S), member(R, Resources), Item = claim(Id, R)
+    ;   Inside == true, obstacle(Head, in(S, Names, Name, Below, Inside), O), Item = obstacle(O)
+    ;   \+ one_step(Head, _, S),
+        expansion(Id, Head, S, Body),
+        met(Body, in(S, Names, Name, Below, Inside), Item)
+    ).
+
+taken(Id, Label, in(S, Names, Process, Below, Inside0), in(S, Names, Process, Below, Inside)) :-
+    \+ excluded(Id, Label, S),
+    ( Id == Below -> Inside = true ; Inside = Inside0 ).
+
+%   A branch is called by the first process in it.
+told_branch(P, Name) :-
+    (   sub_term(T, P), nonvar(T), T = call(_, _, Head), nonvar(Head)
+    ->  functor(Head, Name, _)
+    ;   Name = nothing
+    ).
+
+% ---------------------------------------------------------------------------------- what is in the way
+
+%   obstacle(+Head, +In, -Obstacle) is nondet.
+obstacle(Head, in(S, _, Name, _, _), lacks(Name, Robot, Capability)) :-
+    agents_of(Head, Agents, S),
+    member(Robot, Agents),
+    revision(S, Revision),
+    missing(Revision, Name, Robot, Capability).
+obstacle(Head, in(S, _, Name, _, _), twice(Name, Robot)) :-
+    agents_of(Head, Agents, S),
+    \+ is_set(Agents),
+    select(Robot, Agents, Others),
+    memberchk(Robot, Others).
+obstacle(Head, In, broken(Name, Agents, Lasting, Broken)) :-
+    In = in(S, _, Name, _, _),
+    revision(S, Revision),
+    precondition(Revision, Head, C),
+    agents_of(Head, Agents, S),
+    breaks(C, In, Lasting, Broken).
+obstacle(Head, in(S, _, Name, _, _), Obstacle) :-
+    one_step(Head, Duration, S),
+    agents_of(Head, Agents, S),
+    (   least_way(Duration, S, Way, Once)
+    ->  odds_of(Head, Odds, S),
+        expected(Way, Odds, On_the_way),
+        expected(Once, Odds, More),
+        Least is On_the_way + More,
+        member(Robot, Agents),
+        work_limit(Robot, Limit, S),
+        worked(Robot, S, Done),
+        Left is max(0, Limit - Done),
+        Least > Left,
+        Obstacle = battery(Name, Robot, Least, Left)
+    ;   Duration = travel(Robot, To, _),
+        atom(To),
+        Obstacle = way(Name, Robot, To)
+    ).
+
+%   Fails if the robot comes there neither from where it is nor by a place to which it comes from there.
+least_way(fixed(Once), _, 0, Once).
+least_way(travel(Robot, To, Once), S, Least, Once) :-
+    ahead(S, Travel),
+    findall(Ms,
+            ( travel_time(Travel, Robot, From, To, Ms),
+              once(( From == here ; travel_time(Travel, Robot, here, From, _) )) ),
+            Times),
+    min_list(Times, Least).
+
+%   breaks(+Condition, +In, -Lasting, -Broken) is nondet: Condition does not hold now, as the part Broken of it
+%   does not. Lasting: nothing that the program does changes that.
+breaks(C, in(S, Names, _, _, _), Lasting, Broken) :-
+    ground(C),
+    asked(C, S, no),
+    ( lasting(C, [], Names, S) -> Lasting = true ; Lasting = false ),
+    broken(C, S, Broken).
+
+%   broken(+Condition, +Situation, -Broken) is nondet. Condition does not hold. Broken is
+%   should(Property, Subject, Relation, Wanted, Other): the value has to be in Relation to Wanted, which is
+%   the value of Other = [Property, Subject] (null: a constant).
+broken(all(Cs), S, Broken) :- member(C, Cs), \+ holds(C, S), broken(C, S, Broken).
+broken(any(Cs), S, Broken) :- member(C, Cs), broken(C, S, Broken).
+broken(not(C), S, Broken) :- unwanted(C, S, Broken).
+broken(holds(Property, X, Value), _, should(Property, X, equal, Value, null)) :- atomic(Value).
+broken(compare(Op, A, B), S, Broken) :- sides(Op, A, B, S, Broken).
+
+unwanted(not(C), S, Broken) :- broken(C, S, Broken).
+unwanted(all(Cs), S, Broken) :- member(C, Cs), unwanted(C, S, Broken).
+unwanted(any(Cs), S, Broken) :- member(C, Cs), holds(C, S), unwanted(C, S, Broken).
+unwanted(holds(Property, X, Value), _, should(Property, X, differs, Value, null)) :- atomic(Value).
+unwanted(compare(Op, A, B), S, Broken) :- opposite(Op, Not), sides(Not, A, B, S, Broken).
+
+opposite(less, at_least).  opposite(at_least, less).  opposite(more, at_most).  opposite(at_most, more).
+opposite(equal, differs).
+
+turned(less, more).  turned(more, less).  turned(at_most, at_least).  turned(at_least, at_most).
+turned(equal, equal).  turned(differs, differs).
+
+sides(Op, value(Property, X), B, S, should(Property, X, Op, Wanted, Other)) :- side(B, S, Wanted, Other).
+sides(Op, A, value(Property, X), S, should(Property, X, Turned, Wanted, Other)) :-
+    turned(Op, Turned),
+    side(A, S, Wanted, Other).
+
+side(value(Property, X), S, Wanted, [Property, X]) :- !, value_now(Property, X, S, Wanted).
+side(Number, _, Number, null).
+
+value_now(Property, X, S, Value) :-
+    ( fluent_value(Property, X, Known, S), atomic(Known) -> Value = Known ; Value = null ).
+
+%   row(+Obstacle, +Situation, -Row) is det.
+row(lacks(Name, Robot, Capability), _, [lacks, Name, Robot, Capability]).
+row(twice(Name, Robot), _, [twice, Name, Robot]).
+row(nobody(Process, Class), _, [nobody, Process, Class]).
+row(failed(Process, X, Id), _, [failed, Process, X, Id]).
+row(way(Name, Robot, To), _, [way, Name, Robot, To]).
+row(battery(Name, Robot, Needed, Left), _, [battery, Name, Robot, Needed, Left]).
+row(broken(Name, Robots, Lasting, should(Property, X, Relation, Wanted, Other)), S,
+    [broken, Name, Robots, Lasting, Property, X, Known, Relation, Wanted, Other]) :-
+    value_now(Property, X, S, Known).
