@@ -10,7 +10,7 @@ import argparse
 import json
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -35,7 +35,9 @@ from kb.errors import ConcertmasterError
 from kb.files import SHIPPED
 from kb.problems import OntologyRejected
 from kb.store import KnowledgeBase
+from planner.answers import Answer, as_data
 from planner.classical_goal import GoalPlan
+from planner.explain import Explainer
 from planner.plan import Plan
 from planner.planner import EFFORT
 
@@ -91,6 +93,22 @@ def _parser() -> argparse.ArgumentParser:
         "Ctrl-C takes the best so far",
     )
     plan.set_defaults(command=_plan)
+
+    explain = commands.add_parser("explain", help="tell why a task is planned so, or what would make it possible")
+    _add_request(explain)
+    explain.add_argument(
+        "--not",
+        dest="why_not",
+        metavar="WHERE=WHAT",
+        help="why not otherwise: drink_1=pico_1 asks for pico_1 at what belongs to drink_1",
+    )
+    explain.add_argument(
+        "--first",
+        metavar="ONE=OTHER",
+        help="why not the other way round: drink_2=drink_1 asks for drink_2 before drink_1",
+    )
+    explain.add_argument("--json", action="store_true", help="print the answers as JSON")
+    explain.set_defaults(command=_explain)
 
     trace = commands.add_parser("trace", help="print a trace, or draw it")
     trace.add_argument("file", type=Path, help="a trace.jsonl that `run` wrote")
@@ -298,6 +316,40 @@ def _plan(options: argparse.Namespace) -> int:
     for sentence in lacking:
         _complain(sentence)
     return OK if plan.solved else REFUSED
+
+
+def _explain(options: argparse.Namespace) -> int:
+    arguments = _arguments(options)
+    with (
+        _open(options, None) as fleet,
+        fleet.explaining(options.task, robots=options.robots, **arguments) as (plan, explainer),
+    ):
+        answers = list(_answers(options, plan, explainer))
+    if options.json:
+        print(json.dumps([as_data(a) for a in answers], indent=2, ensure_ascii=False))
+    else:
+        for answer in answers:
+            print(answer.text)
+    return OK
+
+
+def _answers(options: argparse.Namespace, plan: Plan, explainer: Explainer) -> Iterator[Answer]:
+    if not plan.solved:
+        yield explainer.what_would_help()
+        return
+    if options.why_not is not None:
+        yield explainer.why_not(plan, *_pair("--not", options.why_not))
+    if options.first is not None:
+        yield explainer.why_not_first(plan, *_pair("--first", options.first))
+    if options.why_not is None and options.first is None:
+        yield explainer.why(plan)
+
+
+def _pair(option: str, given: str) -> tuple[str, str]:
+    one, equals, other = given.rpartition("=")
+    if not equals:
+        raise BadRequest(option, f"{option} {given} names one thing; name two, such as {option} drink_1=pico_1")
+    return one, other
 
 
 class _Search:

@@ -112,10 +112,12 @@ class FailureWasReported:
 
     Attributes:
         excluded: The individual that is not chosen again for this; None if the program leaves no choice.
+        abandoned: Ids of the actions that were running for the same choice; they are no longer wanted.
     """
 
     task: str
     excluded: str | None
+    abandoned: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

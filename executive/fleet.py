@@ -10,7 +10,7 @@ with Fleet.open("tue_lab") as fleet:
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -25,6 +25,7 @@ from executive.wiring import Parts, open_simulated
 from kb.clock import Clock
 from kb.errors import InternalError
 from planner.classical_goal import GoalPlan
+from planner.explain import Explainer
 from planner.plan import Plan
 from planner.planner import EFFORT
 
@@ -196,6 +197,12 @@ class Fleet:
         """
         request = self._checked(process, arguments, robots)
         return self._parts.shell.plan(request, effort=effort, stop=stop, on_plan=on_plan)
+
+    def explaining(
+        self, process: str, /, *, robots: int | None = None, **arguments: str
+    ) -> AbstractContextManager[tuple[Plan, Explainer]]:
+        """The plan of a task, without doing it, and who answers questions about it; arguments as for `request`."""
+        return self._parts.shell.explaining(self._checked(process, arguments, robots))
 
     def _checked(self, process: str, arguments: Mapping[str, str], robots: int | None) -> TaskRequest:
         if not self._is_open:

@@ -339,6 +339,7 @@ def _recover(state: State, event: FailureWasReported, now_s: float) -> Step:
         return state, []
     if event.excluded is None:
         return _finish(state, task.name, TaskStatus.FAILED, f"{task.trouble}; there is no other way to do it", now_s)
+    state = _let_go(state, lambda _, running: running.task == task.name and running.action.id in event.abandoned)
     reason = f"{task.trouble}; {event.excluded} is not tried again for this"
     anew = trace.Replanned(t_s=now_s, task=task.name, reason=reason)
     return state, [Record(event=anew), MakePlan(task=task.name)]

@@ -7,8 +7,8 @@ hand on, and the recorder. Events are taken one at a time, in order.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import Any, assert_never
 
@@ -28,9 +28,10 @@ from kb.terms import Action, Data, Fluent
 from kb.vocabulary import Property
 from planner.classical_goal import GoalPlan
 from planner.classical_process import GoalProcess
+from planner.explain import Explainer
 from planner.network import Travel
 from planner.plan import Plan
-from planner.planner import EFFORT, Exclusion, Session
+from planner.planner import EFFORT, Exclusion, Session, TravelTimes
 
 PLANNING_S = 0.5
 """Under simulated time, making a plan takes so long (about 0.3 s on two slow cores, most of it travel times)."""
@@ -141,6 +142,16 @@ class Shell:
             with closing(Session(key, own, request.process, {}, robots=request.robots, now_s=now_s)) as session:
                 return found, self._made_plan(session)[0]
 
+    @contextmanager
+    def explaining(self, request: TaskRequest) -> Iterator[tuple[Plan, Explainer]]:
+        """The plan of a request, without doing it, and who answers questions about it."""
+        snapshot = self._knowledge.snapshot()
+        key, now_s = f"explain@{snapshot.revision}", self.clock.now_s  # no two fleets share a revision
+        session = Session(key, snapshot, request.process, request.arguments, robots=request.robots, now_s=now_s)
+        with closing(session):
+            explainer = Explainer(session, self._travel_times(snapshot), now_s=now_s + PLANNING_S)
+            yield self._made_plan(session)[0], explainer
+
     def _solved(self, request: TaskRequest, snapshot: Snapshot) -> GoalPlan:
         assert request.goal is not None
         return solve_goal(request.goal, snapshot, self._messages, self._pose_estimate, t_s=self.clock.now_s)
@@ -225,18 +236,22 @@ class Shell:
         on_plan: Callable[[Plan], None] = lambda plan: None,
     ) -> tuple[Plan, tuple[str, ...]]:
         snapshot, now_s = self._knowledge.snapshot(), self.clock.now_s
-
-        def times(robots: Sequence[str], places: Sequence[str]) -> Travel:
-            return travel_times(robots, places, snapshot, self._pose_estimate, t_s=now_s)
-
         plans = []
-        for plan in session.plans(times, now_s=now_s + PLANNING_S, effort=effort, stop=stop):
+        for plan in session.plans(self._travel_times(snapshot), now_s=now_s + PLANNING_S, effort=effort, stop=stop):
             on_plan(plan)
             plans = [plan]
         [plan] = plans
         if plan.solved:
             return plan, ()
         return plan, _lacking(session.exclusions(), snapshot)
+
+    def _travel_times(self, snapshot: Snapshot) -> TravelTimes:
+        now_s = self.clock.now_s
+
+        def times(robots: Sequence[str], places: Sequence[str]) -> Travel:
+            return travel_times(robots, places, snapshot, self._pose_estimate, t_s=now_s)
+
+        return times
 
     def _pose_estimate(self, robot: str) -> PoseStamped:
         pose = self._messages[Fluent(Property.HAS_POSE_ESTIMATE, robot).place]
@@ -293,8 +308,10 @@ class Shell:
             progress = session.succeeded(action, truths, now_s=then_s)
             self._post_after(DECIDING_S, events.ActionsAreReady(task=task, progress=progress))
         else:
-            excluded = session.failed(action, now_s=then_s)
-            self._post_after(DECIDING_S, events.FailureWasReported(task=task, excluded=excluded))
+            retry = session.failed(action, now_s=then_s)
+            abandoned = tuple(a.id for a in retry.abandoned)
+            reported = events.FailureWasReported(task=task, excluded=retry.excluded, abandoned=abandoned)
+            self._post_after(DECIDING_S, reported)
 
     def _tell(self, fact: events.Tell) -> None:
         if isinstance(fact.value, Data | Fluent):

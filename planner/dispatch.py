@@ -60,6 +60,10 @@ def dispatch(network: Network, root: Branch | None = None) -> Solution | None:
     return best
 
 
+_TEAM = ""
+"""In `_State.changed`: the team, which is no robot's or resource's name."""
+
+
 class _Stuck(Exception):
     """Nothing can be next, or a deadline has passed."""
 
@@ -88,7 +92,7 @@ class _State:
         work_ms: By robot, how long it has worked.
         team: Robots that take part.
         used: By resource, when it is in use.
-        changed: By robot or resource, how many tasks had been scheduled when it got its last one.
+        changed: By robot, resource, or for the team: how many tasks had been scheduled when it got its last one.
         choices: Made so far.
         steps: As they were scheduled.
     """
@@ -300,10 +304,12 @@ class _Run:
         _, item, found = best
         if isinstance(found, _Tried):
             self.state = found.state
-        elif any(self.state.changed.get(use.resource, 0) > found.seen for use in found.mode.uses):
+        elif any(
+            self.state.changed.get(what, 0) > found.seen for what in (_TEAM, *(u.resource for u in found.mode.uses))
+        ):
             modes = item.branch.modes or ()
             item.placed[modes.index(found.mode)] = self._place(found.mode, item.ready_ms)
-            return  # it was too early, and need no longer be the first
+            return  # it may be later than it seemed, and no longer the first
         else:
             self._do(found)
         self.agenda.remove(item)
@@ -389,7 +395,9 @@ class _Run:
             state.free_ms[robot] = placed.end
             state.place[robot] = place if place is not None else state.place[robot]
             state.changed[robot] = len(state.steps)
-        state.team.update(mode.robots)
+        if not state.team.issuperset(mode.robots):
+            state.team.update(mode.robots)
+            state.changed[_TEAM] = len(state.steps)
         for use in mode.uses:
             if use.resource not in self.claims:
                 self._use(use.resource, placed.times[use.first][0], placed.times[use.last][1])

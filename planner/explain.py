@@ -9,12 +9,23 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 from kb.errors import ConcertmasterError
 from kb.vocabulary import Kind, Property
-from planner.explaining_starts import StartReason, start_reasons
+from planner.answers import (
+    MOST_REMEDIES,
+    Alternative,
+    ChoiceReason,
+    Help,
+    OrderAlternative,
+    PlanExplanation,
+    Remedy,
+    alternative_text,
+    help_text,
+    possible_text,
+)
+from planner.explaining_starts import start_reasons
 from planner.hypotheses import Change, ChangeKind, Option, Prospects, Supposed, with_ways
 from planner.making import MS_PER_S
 from planner.network import Label, Travel
@@ -28,7 +39,6 @@ EFFORT = 1.0
 MOST_PLANS = 200
 """So many plans an explainer makes at most."""
 
-MOST_REMEDIES = 5
 _PAIR = 2
 
 
@@ -44,111 +54,6 @@ class NoSuchChoice(ConcertmasterError):
     def __init__(self, asked: str, message: str) -> None:
         self.asked = asked
         super().__init__(message)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Remedy:
-    """Changes of facts that make something possible, proven by a plan.
-
-    Attributes:
-        makespan_s: Of the plan with these changes.
-    """
-
-    changes: tuple[Change, ...]
-    makespan_s: float
-
-    @property
-    def text(self) -> str:
-        """One clause for people."""
-        return " and ".join(change.text for change in self.changes)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Alternative:
-    """What comes of choosing otherwise.
-
-    Attributes:
-        label: What would be chosen; `name` is what it is called.
-        status: Of planning with this choice; None: not tried, as the budget of plans was spent.
-        makespan_s: The best with this choice; None: there is no plan with it, or it is not known.
-        lower_bound_s: With this choice, no execution takes less.
-        obstacles: Facts in the way, where there is no plan.
-        remedies: The smallest changes of facts that would make it possible, where there is no plan.
-    """
-
-    choice: str
-    label: Label
-    name: str
-    status: PlanStatus | None
-    makespan_s: float | None
-    lower_bound_s: float
-    obstacles: tuple[Obstacle, ...]
-    remedies: tuple[Remedy, ...]
-    text: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ChoiceReason:
-    """Why something is chosen: what comes of each alternative.
-
-    Attributes:
-        chosen: In order of being taken: a loop comes to the same choice several times.
-    """
-
-    choice: str
-    chosen: tuple[Label, ...]
-    name: str
-    alternatives: tuple[Alternative, ...]
-    text: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlanExplanation:
-    """Why a plan is as it is."""
-
-    status: PlanStatus
-    makespan_s: float
-    reason: str
-    starts: tuple[StartReason, ...]
-    choices: tuple[ChoiceReason, ...]
-
-    @property
-    def critical(self) -> tuple[StartReason, ...]:
-        """The steps that decide the makespan, in order."""
-        return tuple(s for s in self.starts if s.critical)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OrderAlternative:
-    """What comes of doing one part of a plan before another, all else being as planned.
-
-    Attributes:
-        makespan_s: None: that order comes to no end.
-    """
-
-    first: str
-    before: str
-    makespan_s: float | None
-    text: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Help:
-    """What would make a request possible.
-
-    Attributes:
-        status: Of planning the request as it is.
-        obstacles: Facts that keep robots and branches from the request.
-        remedies: All of the least size, the fastest first, at most MOST_REMEDIES; empty if the request is possible
-            as it is or no change that was tried helps.
-        complete: Everything up to two changes was tried.
-    """
-
-    status: PlanStatus
-    obstacles: tuple[Obstacle, ...]
-    remedies: tuple[Remedy, ...]
-    complete: bool
-    text: str
 
 
 class Explainer:
@@ -171,7 +76,7 @@ class Explainer:
             most_plans: In all; what is not answered for want of plans says so.
         """
         self._session = session
-        self._key, self._robots, self._began_s = session._key, session._robots, session._began_s
+        self._key, self._robots, self._began_s = session._key, session._robots, session._beginning.began_s
         self._ontology = session._snapshot.ontology
         self._ask = travel_times
         self._known: dict[tuple[tuple[str, ...], tuple[str, ...]], Travel] = {}
@@ -183,27 +88,31 @@ class Explainer:
     def why(self, plan: Plan) -> PlanExplanation:
         """Why each step starts when it does, and what would come of every other choice."""
         prospects = self._prospects({c: labels[0] for c, labels in plan.choices.items() if len(set(labels)) == 1})
-        options = self._prospects({}).options
+        everything = self._prospects({})
         return PlanExplanation(
             status=plan.status,
             makespan_s=plan.makespan_s,
             reason=plan.reason,
             starts=start_reasons(plan, prospects.claims),
-            choices=tuple(self._reason(plan, c, options) for c in plan.choices),
+            choices=tuple(self._reason(plan, c, everything.options) for c in plan.choices),
+            obstacles=self._obstacles(everything),
         )
 
     def why_not(self, plan: Plan, choice: str, label: Label) -> Alternative:
         """What would come of another label at a choice; if there is no plan with it, what would make it possible.
 
+        Args:
+            choice: Id of the choice, or a segment that no other choice of the plan has, such as `drink_1`.
+            label: An individual, or the number or name of a branch.
+
         Raises:
-            NoSuchChoice: The plan comes to no such choice, or it has no such label.
+            NoSuchChoice: The plan comes to no such choice, or it has no such label, or has it already.
         """
-        if choice not in plan.choices:
-            raise NoSuchChoice(choice, f"the plan comes to no choice {choice}; it has {', '.join(plan.choices)}")
+        choice = self._choice(plan, choice)
         option = _option(choice, plan, self._prospects({}).options)
-        if label not in option.labels:
-            known = ", ".join(map(str, option.labels))
-            raise NoSuchChoice(choice, f"{label} cannot be chosen at {choice}; there is {known}")
+        label = _label(option, label)
+        if set(plan.choices[choice]) == {label}:
+            raise NoSuchChoice(choice, f"{label} is what the plan chooses at {choice}; ask about another label")
         return self._alternative(plan, option, label, most_changes=_PAIR)
 
     def why_not_first(self, plan: Plan, first: str, before: str) -> OrderAlternative:
@@ -232,7 +141,9 @@ class Explainer:
         with self._supposed({}, ()) as supposed:
             supposed.look(self._travel_times(()), self._now_s)
             makespan_s = supposed.makespan_in_order(plan.choices, order)
-        if makespan_s is None:
+        if all(row in rows[:place] for row in moved):
+            text = f"{first} comes before {before} as it is"
+        elif makespan_s is None:
             text = f"{first} before {before} is not possible with all else as planned"
         else:
             text = (
@@ -240,24 +151,21 @@ class Explainer:
             )
         return OrderAlternative(first=first, before=before, makespan_s=makespan_s, text=text)
 
-    def obstacles(self) -> tuple[Obstacle, ...]:
-        """Facts that keep robots and branches from the request, each once."""
-        return self._obstacles(self._prospects({}))
-
     def what_would_help(self) -> Help:
         """The smallest changes of facts that would make the request possible: one change, else two together."""
         plan = self._planned({}, ())
         if plan is None or plan.status is not PlanStatus.UNSOLVABLE_PROVEN:
             status = PlanStatus.TIMEOUT if plan is None else plan.status
-            return Help(status=status, obstacles=(), remedies=(), complete=True, text=_possible(plan))
+            return Help(status=status, obstacles=(), remedies=(), complete=True, text=possible_text(plan))
         prospects = self._prospects({})
-        remedies, complete = self._remedies({}, prospects, most_changes=_PAIR)
+        obstacles = self._obstacles(prospects)
+        remedies, complete = self._remedies({}, obstacles, most_changes=_PAIR)
         return Help(
             status=plan.status,
-            obstacles=self._obstacles(prospects),
+            obstacles=obstacles,
             remedies=remedies,
             complete=complete,
-            text=_help(remedies, complete),
+            text=help_text(obstacles, remedies, complete=complete),
         )
 
     # Choices
@@ -285,7 +193,8 @@ class Explainer:
         if found is not None and not found.solved:
             prospects = self._prospects(only, below=option.id)
             obstacles = self._obstacles(prospects)
-            remedies, complete = self._remedies(only, prospects, most_changes=most_changes)
+            candidates = obstacles if most_changes == 1 else (*obstacles, *self._obstacles(self._prospects(only)))
+            remedies, complete = self._remedies(only, candidates, most_changes=most_changes)
         solved = found is not None and found.solved
         name = _name(option, label)
         return Alternative(
@@ -297,16 +206,29 @@ class Explainer:
             lower_bound_s=found.lower_bound_s if found is not None and solved else 0.0,
             obstacles=obstacles,
             remedies=remedies,
-            text=_alternative_text(name, plan, found, obstacles, remedies, complete=complete),
+            text=alternative_text(name, plan, found, obstacles, remedies, complete=complete),
         )
+
+    def _choice(self, plan: Plan, asked: str) -> str:
+        found = [c for c in plan.choices if asked in (c, self._short(c)) or asked in c.split("/")]
+        match found:
+            case [choice]:
+                return choice
+            case []:
+                known = ", ".join(map(self._short, plan.choices)) or "none"
+                raise NoSuchChoice(asked, f"no choice of the plan belongs to {asked!r}; there is {known}")
+            case _:
+                several = ", ".join(map(self._short, found))
+                raise NoSuchChoice(asked, f"{asked!r} stands for several choices: {several}; name one")
 
     # What would help
 
     def _remedies(
-        self, only: Mapping[str, Label], prospects: Prospects, *, most_changes: int
+        self, only: Mapping[str, Label], obstacles: Sequence[Obstacle], *, most_changes: int
     ) -> tuple[tuple[Remedy, ...], bool]:
         """All changes of the least size that help, and whether everything up to `most_changes` was tried."""
-        candidates = list(self._candidates(prospects))
+        prospects = self._prospects({})
+        candidates = list(self._candidates(obstacles, prospects))
         for size in range(1, most_changes + 1):
             found: list[Remedy] = []
             for changes in itertools.combinations(candidates, size):
@@ -323,15 +245,14 @@ class Explainer:
                 return _best(found), True
         return (), True
 
-    def _candidates(self, prospects: Prospects) -> Iterator[Change]:
+    def _candidates(self, obstacles: Sequence[Obstacle], prospects: Prospects) -> Iterator[Change]:
         """Single changes that may help, each once: what removes an obstacle, then what relaxes the whole."""
-        found = [o.change for o in self._obstacles(prospects) if o.change is not None]
-        everything = self._prospects({})
-        found += [energy_change(b) for b in everything.batteries]
+        found = [o.change for o in obstacles if o.change is not None]
+        found += [energy_change(b) for b in prospects.batteries]
         fleet = self._ontology.individuals(Kind.ROBOT)
         if self._robots < len(fleet):
             found.append(_team(len(fleet), self._robots, enough=True))
-        found += [_deadline(process, ms, PLENTY_MS) for process, ms in everything.deadlines]
+        found += [_deadline(process, ms, PLENTY_MS) for process, ms in prospects.deadlines]
         yield from dict.fromkeys(found)
 
     def _least(self, only: Mapping[str, Label], changes: Sequence[Change], plan: Plan, prospects: Prospects) -> Remedy:
@@ -394,11 +315,6 @@ class Explainer:
         return choice.removeprefix(f"{self._key}/task/")
 
 
-def as_data(answer: PlanExplanation | Alternative | OrderAlternative | Help) -> dict[str, Any]:
-    """An answer as what JSON can hold."""
-    return asdict(answer)
-
-
 def _option(choice: str, plan: Plan, options: Mapping[str, Option]) -> Option:
     """The choice as it presents itself when the plan comes to it."""
     option = options.get(choice)
@@ -412,6 +328,14 @@ def _option(choice: str, plan: Plan, options: Mapping[str, Option]) -> Option:
     begun = {plan.choices[f"{frame}/{n}"][0] for n in range(int(left) + 1, len(option.labels) + 1)}
     pairs = [(label, name) for label, name in zip(option.labels, option.names, strict=True) if label not in begun]
     return replace(option, labels=tuple(label for label, _ in pairs), names=tuple(name for _, name in pairs))
+
+
+def _label(option: Option, asked: Label) -> Label:
+    for label, name in zip(option.labels, option.names, strict=True):
+        if str(asked) in (str(label), name):
+            return label
+    known = ", ".join(_name(option, label) for label in option.labels)
+    raise NoSuchChoice(str(asked), f"{asked} cannot be chosen at {option.id}; there is {known}")
 
 
 def _name(option: Option, label: Label) -> str:
@@ -442,41 +366,3 @@ def _deadline(process: str, now_ms: int, value_ms: int) -> Change:
         now=now_ms,
         text=f"{process} had {told} (now a deadline of {now_ms / MS_PER_S:.3f} s)",
     )
-
-
-def _alternative_text(
-    name: str,
-    plan: Plan,
-    found: Plan | None,
-    obstacles: Sequence[Obstacle],
-    remedies: Sequence[Remedy],
-    *,
-    complete: bool,
-) -> str:
-    if found is None:
-        return f"{name} was not tried"
-    if found.solved:
-        least = "" if found.status is PlanStatus.SOLVED_OPTIMALLY else ", or less"
-        if found.makespan_s == plan.makespan_s:
-            return f"{name} would take as long{least}"
-        return f"{name} would take {found.makespan_s:.3f} s{least} instead of {plan.makespan_s:.3f} s"
-    if found.status is not PlanStatus.UNSOLVABLE_PROVEN:
-        return f"with {name} no plan was found within the budget"
-    why = "; ".join(o.text for o in obstacles if o.lasting)
-    told = f"{name} is not possible" + (f": {why}" if why else "")
-    if remedies:
-        return f"{told} (it would be if {' or if '.join(r.text for r in remedies)})"
-    return told if complete else f"{told} (what would help was not tried)"
-
-
-def _possible(plan: Plan | None) -> str:
-    if plan is None:
-        return "the request was not planned: the budget of plans is spent"
-    return "the request is possible as it is" if plan.solved else f"not known to be impossible: {plan.reason}"
-
-
-def _help(remedies: Sequence[Remedy], complete: bool) -> str:
-    if remedies:
-        return f"the request would be possible if {' or if '.join(r.text for r in remedies)}"
-    tried = "no one or two changes" if complete else "no changes that were tried within the budget"
-    return f"{tried} of facts would make the request possible"

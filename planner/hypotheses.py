@@ -19,12 +19,9 @@ from kb.compiler import Program
 from kb.prolog import Entry
 from kb.store import Snapshot
 from kb.terms import Struct, Term, struct
-from planner.errors import InvalidPlan
 from planner.making import MS_PER_S, travel_tables
 from planner.network import NO_WAY, Label, Milliseconds, Travel
-from planner.plan import Plan
 from planner.planner import Session, TravelTimes
-from planner.validate import Start, violations
 
 _suppose = Entry(search_path="planner_golog", file="hypotheses", name="suppose")
 _prospects = Entry(search_path="planner_golog", file="hypotheses", name="prospects")
@@ -141,15 +138,12 @@ class Supposed(Session):
             key: No other session has it.
             only: Labels by the id of the choice: nothing else is chosen there.
         """
-        # Session.__init__ would begin the request anew.
+        self.__dict__.update(session.__dict__)  # Session.__init__ would begin the request anew
         self._key = key
-        self._began_s = session._began_s
-        self._process = session._process
-        self._arguments = session._arguments
-        self._changes = tuple(changes)
         self._snapshot = _with_kinds(session._snapshot, changes)
+        self._programs = [_with_deadlines(program, changes) for program in session._programs]
         self._robots = next((int(c.value) for c in changes if c.kind is ChangeKind.TEAM), session._robots)
-        self._from_start = False
+        self._from_start = False  # what it begins with is no bare request
         terms = [c.term for c in changes if c.term is not None]
         terms += [struct("only", choice, label) for choice, label in sorted((only or {}).items())]
         _suppose(struct("supposition", session._key, key, terms))
@@ -206,13 +200,6 @@ class Supposed(Session):
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.close()
-
-    def _checked(self, plan: Plan, start: Start, travel_times: Mapping[tuple[str, str, str], float]) -> Plan:
-        program = _with_deadlines(self._snapshot.program(self._process), self._changes)
-        found = violations(plan, self._snapshot, program, start, robots=self._robots, travel_times=travel_times)
-        if found:
-            raise InvalidPlan(found)
-        return plan
 
 
 def with_ways(travel: Travel, changes: Sequence[Change]) -> Travel:

@@ -12,8 +12,7 @@ from typing import Any
 
 from kb.prolog import Entry
 from kb.terms import Term, struct
-from planner import optimizer
-from planner.network import NO_WAY, Network, Solution, Travel, claims_of
+from planner.network import NO_WAY, Improvement, Network, Solution, Travel, claims_of
 from planner.plan import Plan, PlannedStep, PlanStatus, Progress
 
 MAX_NODES = 30_000
@@ -26,6 +25,7 @@ MS_PER_S = 1000
 _NO_LIMIT = -1
 
 _search_plan = Entry(search_path="planner_golog", file="planning", name="search_plan")
+_cover_plan = Entry(search_path="planner_golog", file="planning", name="cover_plan")
 _propose = Entry(search_path="planner_golog", file="planning", name="propose")
 _present_plan = Entry(search_path="planner_golog", file="planning", name="present_plan")
 
@@ -89,13 +89,17 @@ class Making:
         answer = _present_plan(self._key)
         return self._plan(answer, 0, "the plan so far") if answer["status"] != "stuck" else None
 
-    def optimized(self, network: Network, effort: float, stop: Callable[[], bool]) -> Iterator[Plan]:
-        """Plans from the optimizer, each executed before it is one; the plan so far stays unless one is better."""
-        best = self.present()
-        bound_ms = 0
-        if best is not None:
-            yield best
-        for found in optimizer.improve(network, effort=effort, stop=stop):
+    def greedy(self) -> Plan | None:
+        """A plan made job by job, at once; None where the program is not separable, or no such plan is found."""
+        found = self.answered(_cover_plan(struct("cover", self._key, 0)), "job by job")
+        return found if found is not None and found.solved else None
+
+    def optimized(
+        self, network: Network, improvements: Iterator[Improvement], best: Plan | None, stop: Callable[[], bool]
+    ) -> Iterator[Plan]:
+        """Plans from the optimizer, each executed before it is one; the best so far stays unless one is better."""
+        bound_ms = 0 if best is None else round(best.lower_bound_s * MS_PER_S)
+        for found in improvements:
             if found.unsolvable:
                 yield replace(self.impossible(), effort=found.effort, phase=found.phase)
                 return

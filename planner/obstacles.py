@@ -105,7 +105,9 @@ def _obstacle(
         case "lacks", [robot, capability]:
             means = ontology.definition(capability)
             told = f"{capability} ({means})" if means else capability
-            change = Change(kind=ChangeKind.CAPABILITY, subject=robot, what=capability, text=f"{robot} were a {told}")
+            change = Change(
+                kind=ChangeKind.CAPABILITY, subject=robot, what=capability, text=f"{robot} were a {capability}"
+            )
             return about(ObstacleKind.CAPABILITY, (robot,), f"it is no {told}", change)
         case "twice", [robot]:
             return about(ObstacleKind.SAME_ROBOT, (robot,), "it takes different robots", None)
@@ -167,6 +169,8 @@ def _satisfying(relation: str, wanted: Value) -> Value:
 
 
 def _told(relation: str, wanted: Value | None, other: tuple[str, str] | None) -> str:
+    if relation == "differs" and isinstance(wanted, bool):
+        relation, wanted = "equal", not wanted
     word = _WORDS[relation]
     if other is None:
         told = _shown(wanted)

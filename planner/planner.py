@@ -11,13 +11,15 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, TypeAlias
 
+from kb.compiler import Program
 from kb.prolog import Entry, PrologError
 from kb.store import Snapshot
 from kb.terms import Action, Argument, Data, Fluent, Struct, Term, Value, read_term, struct
+from planner import optimizer, priorities
 from planner.errors import InvalidPlan
 from planner.making import MS_PER_S, Making, TravelSeconds, travel_tables
-from planner.network import Travel, read_network
-from planner.plan import Plan, PlannedStep
+from planner.network import Improvement, Network, Travel, read_network
+from planner.plan import Plan, PlannedStep, PlanStatus
 from planner.validate import Start, beginning, violations
 
 EFFORT = 5.0
@@ -44,6 +46,7 @@ def _entry(file: str, name: str) -> Entry:
 
 
 _open_session = _entry("steps", "open_session")
+_add_request = _entry("steps", "add_request")
 _close_session = _entry("steps", "close_session")
 _next_actions = _entry("steps", "next_actions")
 _report = _entry("steps", "report")
@@ -113,6 +116,20 @@ class Progress:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Retry:
+    """What is left after a failure.
+
+    Attributes:
+        excluded: The individual (the robot, as a rule) that is chosen no more where it had been chosen; None if the
+            program leaves no other choice.
+        abandoned: What else was running for that choice, and is no longer wanted.
+    """
+
+    excluded: str | None
+    abandoned: tuple[Action, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Exclusion:
     """A robot that cannot do a process, and the capability that it lacks."""
 
@@ -132,6 +149,7 @@ class Session:
         arguments: Mapping[str, str],
         *,
         robots: int,
+        priority: int = 0,
         now_s: float = 0.0,
     ) -> None:
         """Begin with nothing done.
@@ -141,6 +159,7 @@ class Session:
             process: The process that accomplishes the task.
             arguments: Individuals by the names of its inputs.
             robots: At most so many robots take part.
+            priority: Higher is more important, where the session takes other requests too (`add_request`).
             now_s: When the request begins: its deadlines count from here.
         """
         self._key = key
@@ -149,17 +168,38 @@ class Session:
         self._process = process
         self._arguments = arguments
         self._robots = robots
-        head = self._head()
+        self._priorities = {key: priority}
+        self._programs = [snapshot.program(process)]
+        head = self._head(key, process, arguments)
+        self._beginning = beginning(key, head, now_s)
+        self._abandoned: set[str] = set()
         _open_session(struct("request", key, snapshot.revision, head, robots, round(now_s * MS_PER_S)))
         self._from_start = True
 
-    def _head(self) -> Term:
-        process = self._snapshot.processes[self._process]
+    def _head(self, frame: str, name: str, arguments: Mapping[str, str]) -> Term:
+        process = self._snapshot.processes[name]
         values: list[Term] = [
-            self._arguments[p.name] if p.name in self._arguments else struct("loc", self._key, p.name)
-            for p in process.arguments
+            arguments[p.name] if p.name in arguments else struct("loc", frame, p.name) for p in process.arguments
         ]
-        return Struct(self._process, tuple(values)) if values else self._process
+        return Struct(name, tuple(values)) if values else name
+
+    def add_request(
+        self, frame: str, process: str, arguments: Mapping[str, str], *, priority: int, now_s: float
+    ) -> Progress:
+        """Take another request over the same robots, side by side with what is left to do; plan again then.
+
+        What is running goes on. In the plans to come no request delays one of higher priority. Deadlines of its
+        processes count from when the session began.
+
+        Args:
+            frame: Name of the request; its actions' ids begin with it.
+        """
+        head = self._head(frame, process, arguments)
+        added = self._progress(_add_request(struct("add", self._key, round(now_s * MS_PER_S), frame, head)))
+        self._priorities[frame] = priority
+        self._programs.append(self._snapshot.program(process))
+        self._from_start = False
+        return added
 
     def exclusions(self) -> list[Exclusion]:
         """Robots that are no use for some step, with the capability that each lacks."""
@@ -216,14 +256,29 @@ class Session:
             found = making.answered(_cover_plan(struct("cover", self._key, _INFERENCES)), "run tables in Prolog")
             yield making.searched() if found is None or not found.decided else found
             return
+        best = making.present() or (making.greedy() if len(set(self._priorities.values())) == 1 else None)
+        if best is not None:
+            yield best
+            if best.status is PlanStatus.SOLVED_OPTIMALLY:
+                return
         answer = _task_network(self._key)
         if "root" in answer:
-            yield from making.optimized(read_network(answer, travel), effort, stop)
+            network = read_network(answer, travel)
+            yield from making.optimized(network, self._improvements(network, effort, stop), best, stop)
         else:
-            yield making.impossible() if "none" in answer else making.searched()
+            yield making.impossible() if "none" in answer else making.searched(best)
+
+    def _improvements(self, network: Network, effort: float, stop: Callable[[], bool]) -> Iterator[Improvement]:
+        if len(set(self._priorities.values())) > 1:
+            return priorities.improve(network, self._priority_of, effort=effort, stop=stop)
+        return optimizer.improve(network, effort=effort, stop=stop)
+
+    def _priority_of(self, step: str) -> int:
+        return self._priorities[step.split("/")[0]]
 
     def _checked(self, plan: Plan, start: Start, travel_times: Mapping[tuple[str, str, str], float]) -> Plan:
-        program = self._snapshot.program(self._process)
+        definitions = {str(d): d for p in self._programs for d in p.definitions}
+        program = Program(name=self._process, definitions=tuple(definitions.values()))
         found = violations(plan, self._snapshot, program, start, robots=self._robots, travel_times=travel_times)
         if found:
             raise InvalidPlan(found)
@@ -232,7 +287,7 @@ class Session:
     def _start(self) -> Start:
         """What a plan begins with, for the checker."""
         if self._from_start:
-            return beginning(self._key, self._head(), self._began_s)
+            return self._beginning
         told = _outset(self._key)
         running = tuple(
             PlannedStep(action=self._action(row), start_s=0.0, end_s=end / MS_PER_S) for end, *row in told["running"]
@@ -261,6 +316,8 @@ class Session:
         Args:
             truths: The truth values among its outputs, by parameter.
         """
+        if action.id in self._abandoned:  # it ended before anybody could stop it
+            return Progress(events=(), done=False, running=0, replan=False)
         values: list[Term] = [
             struct("-", _location(action.argument(name)), value) for name, value in sorted(truths.items())
         ]
@@ -270,15 +327,13 @@ class Session:
         """Tell of a change that no action of this request made; start all that may start now."""
         return self._progress(_observe(struct("changed", self._key, round(now_s * MS_PER_S), prop, subject, value)))
 
-    def failed(self, action: Action, *, now_s: float) -> str | None:
-        """Report that an action has failed.
-
-        Returns:
-            The individual (the robot, as a rule) that is chosen no more where it had been chosen; None if
-            the program leaves no other choice. Plan again before going on.
-        """
+    def failed(self, action: Action, *, now_s: float) -> Retry:
+        """Report that an action has failed. Plan again before going on."""
         answer = _retry(struct("failed", self._key, round(now_s * MS_PER_S), action.id))
-        return str(answer["excluded"]) if answer["retry"] else None
+        events = [self._event(*row) for row in answer["events"]]
+        abandoned = tuple(e.action for e in events if isinstance(e, Abandoned))
+        self._abandoned |= {a.id for a in abandoned}
+        return Retry(excluded=str(answer["excluded"]) if answer["retry"] else None, abandoned=abandoned)
 
     def close(self) -> None:
         """Forget the session."""
@@ -293,6 +348,11 @@ class Session:
 
     def _progress(self, answer: Mapping[str, Any]) -> Progress:
         events = tuple(self._event(*row) for row in answer["events"])
+        for event in events:
+            if isinstance(event, Abandoned):
+                self._abandoned.add(event.action.id)
+            elif isinstance(event, Started):
+                self._abandoned.discard(event.action.id)
         return Progress(events=events, done=answer["done"], running=answer["running"], replan=answer["replan"])
 
     def _event(self, kind: str, *row: Any) -> StepEvent:

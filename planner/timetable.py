@@ -15,6 +15,7 @@ from queue import Empty, SimpleQueue
 import numpy as np
 from ortools.sat.python import cp_model
 
+from kb.errors import InternalError
 from planner.dispatch import dispatch
 from planner.network import Improvement, Network, Solution
 from planner.timetable_model import TimetableModel
@@ -43,6 +44,7 @@ LEAST_FREE, MOST_FREE = 4, 40
 
 _POLL_S = 0.05
 _SEED = 20
+_EFFORT_PER_SEARCH = 0.001
 _EFFORT_PER_ARC = 1e-5
 """What it takes to make a model."""
 
@@ -111,9 +113,12 @@ class _Search(cp_model.CpSolverSolutionCallback):
 
     def run(self) -> _Found:
         status = self._solver.solve(self._model.vars.model, self)
+        if status == cp_model.MODEL_INVALID:
+            raise InternalError(f"the constraint model of a network is wrong: {self._solver.solution_info()}")
         best = self._best
         best.ended = status in (cp_model.OPTIMAL, cp_model.INFEASIBLE)
-        best.effort = self._solver.response_proto.deterministic_time
+        best.effort = _EFFORT_PER_SEARCH + _EFFORT_PER_ARC * len(self._model.arcs)
+        best.effort += self._solver.response_proto.deterministic_time
         if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
             self._on_bound(self._solver.best_objective_bound)
         return best
@@ -265,7 +270,6 @@ class _Run:
             searches = [_Search(model, effort=NEIGHBORHOOD_EFFORT) for model in models]
             all_found = self._together(searches)
             self._spent += sum(found.effort for found in all_found)
-            self._spent += sum(len(model.arcs) for model in models) * _EFFORT_PER_ARC
             grown = self._free * (1.05 if all(found.ended for found in all_found) else 0.9)
             self._free = min(max(grown, LEAST_FREE), MOST_FREE)
             taken = [self._take(found.solution) for found in all_found]

@@ -324,10 +324,11 @@ class TimetableModel:
             )
             for robot, visits in self._visits.items()
         }
-        for robot, tour in tours.items():
+        for tour in tours.values():
             tour.limit_work()
             self.arcs += tour.arcs
-            busy, outer = self._busy[robot], self._outer.get(robot, [])
+        for robot in self._network.robots:
+            busy, outer = self._busy.get(robot, []), self._outer.get(robot, [])
             self._model.add_no_overlap(busy)
             if outer != busy:
                 self._model.add_no_overlap(outer)

@@ -90,6 +90,8 @@ class Tour:
 
     def _circuit(self) -> None:
         model = self._vars.model
+        rests = self._vars.literal()
+        self._vars.guess(rests, lambda g: int(not any(g[visit.on] for visit in self._movers)))
         places = [None, *self._movers]
         # Where the robot is after visits that leave it where it was, as a row of `_row`.
         at: dict[int, Variable] = {}
@@ -97,7 +99,7 @@ class Tour:
             if after.end is None:
                 at[j] = model.new_int_var(0, len(self._network.travel.places), "")
                 self._vars.guess(at[j], lambda g, j=j: self._row(self._place_after(g, j)))  # type: ignore[misc]
-        circuit: list[tuple[int, int, Literal]] = [(0, 0, ~self.takes_part)]
+        circuit: list[tuple[int, int, Literal]] = [(0, 0, rests)]
         kept = sorted(
             (visit.task.kept_ms, j) for j, visit in enumerate(self._movers, start=1) if visit.task.kept_ms is not None
         )

@@ -110,20 +110,20 @@ class Variables:
         self.unit_ms = unit_ms
         self.horizon = horizon_ms // unit_ms
         self._guesses: dict[int, Guess] = {}
-        self._guessed: list[Variable] = []
+        self._guessed: dict[int, Variable] = {}  # constants that are equal are one variable
         self.zero = self.constant(0)
         self.always = self.constant(1)
 
     def guess(self, variable: Variable, guess: Guess) -> None:
         """Say what a variable is, given a solution and other variables."""
         self._guesses[variable.index] = guess
-        self._guessed.append(variable)
+        self._guessed[variable.index] = variable
 
     def hint(self, solution: Solution) -> None:
         """Let the search start from a solution."""
         given = Given(solution, self.unit_ms, self._guesses)
         self.model.clear_hints()  # type: ignore[no-untyped-call]
-        for variable in self._guessed:
+        for variable in self._guessed.values():
             self.model.add_hint(variable, given[variable])
 
     def constant(self, value: int) -> Variable:

@@ -15,7 +15,7 @@
 :- use_module(library(ordsets)).
 :- use_module(library(pairs)).
 :- use_module(library(occurs), [sub_term/2]).
-:- use_module(kb_rules(facts), [agent/3, claims/3, definition/4, duration/3, effect/4, kind/3, parameter/4, precondition/3]).
+:- use_module(kb_rules(facts), [agent/3, claims/3, definition/4, duration/3, effect/4, kind/3, parameter/4, precondition/3, requires/3]).
 :- use_module(planner_golog(projection)).
 
 %!  called(+Program, +Situation, -Names) is det.
@@ -217,8 +217,9 @@ prioritized(P) :-
 
 %!  alike(+Program, +Names, +Situation, -Groups) is det.
 %
-%   The robots, in groups of those that are of the same classes and in which no condition of Program and
-%   the processes Names can tell one from another.
+%   The robots, in groups of those that neither a class that Program and the processes Names ask for nor a
+%   condition in them tells apart. One that is named where a robot is still to be picked is like no other:
+%   it may be the one that is picked, and is there all the same.
 
 alike(P, Names, S, Groups) :-
     revision(S, Revision),
@@ -228,14 +229,43 @@ alike(P, Names, S, Groups) :-
             ( program_part(P, Names, S, Part), asks(Part, S, Property, X), maybe_robot(X, S) ),
             Properties0),
     sort(Properties0, Properties),
-    findall(Signature-R, ( member(R, Robots), signature(Revision, Properties, S, R, Signature) ), Pairs0),
+    findall(Class, ( program_part(P, Names, S, Part), tells_apart(Part, Class) ; asked_of(Revision, Names, Class) ),
+            Classes0),
+    sort(Classes0, Classes),
+    findall(R, ( program_part(P, Names, S, Part), mentioned(Part, R), memberchk(R, Robots) ), Mentioned),
+    findall(Signature-R,
+            ( member(R, Robots),
+              ( memberchk(R, Mentioned) -> Signature = R ; signature(Revision, Classes, Properties, S, R, Signature) ) ),
+            Pairs0),
     keysort(Pairs0, Pairs),
     group_pairs_by_key(Pairs, Keyed),
     pairs_values(Keyed, Groups0),
     sort(Groups0, Groups).
 
-signature(Revision, Properties, S, R, Kinds-Values) :-
-    findall(Kind, kind(Revision, R, Kind), Kinds0),
+%   The classes that a program asks its individuals for.
+tells_apart(Part, Class) :-
+    sub_term(T, Part),
+    nonvar(T),
+    (   T = pick(_, _, _, Class, _)
+    ;   ( T = foreach(_, _, Vars, _, _, _) ; T = interrupt(_, _, Vars, _, _) ), member(_-Class, Vars)
+    ).
+
+mentioned(Part, R) :-
+    (   Part = part(_, Term)
+    ->  true
+    ;   sub_term(Pick, Part), nonvar(Pick), Pick = pick(_, _, _, _, Term)
+    ),
+    sub_term(R, Term),
+    atom(R).
+
+asked_of(Revision, Names, Class) :-
+    member(Name, Names),
+    (   requires(Revision, Name, Class)
+    ;   parameter(Revision, Head, _, Class), functor(Head, Name, _)
+    ).
+
+signature(Revision, Classes, Properties, S, R, Kinds-Values) :-
+    findall(Class, ( member(Class, Classes), kind(Revision, R, Class) ), Kinds0),
     sort(Kinds0, Kinds),
     findall(P-V, ( member(P, Properties), fluent_value(P, R, V, S) ), Values0),
     sort(Values0, Values).

@@ -26,6 +26,7 @@ network is a relaxation. planner/network.py says the same in Python.
 
 :- use_module(library(lists)).
 :- use_module(library(apply)).
+:- use_module(library(occurs), [sub_term/2]).
 :- use_module(kb_rules(facts), [effect/4, keeps_robot/2, kind/3, precondition/3, value/4]).
 :- use_module(kb_rules(capability), [capable/3]).
 :- use_module(planner_golog(projection)).
@@ -173,11 +174,18 @@ no_network(What) :-
 
 later(in(S, _, Names, Groups), in(S, later, Names, Groups)).
 
-%   The answer to a condition that nothing before changes and that acting does not find out.
+%   The answer to a condition that nothing before changes. Where only acting finds it out, a plan may end
+%   there: what comes after would be no part of it, but of the network's bound.
 fixed(C, Classes, in(S, When, Names, _), Answer) :-
+    ( found_out(C), \+ ( When == first, asked(C, S, Known), Known \= unknown(_) ) -> no_network(sensing) ; true ),
     ( When == first -> true ; lasting(C, Classes, Names, S) ),
     asked(C, S, Answer),
     Answer \= unknown(_).
+
+found_out(C) :-
+    sub_term(T, C),
+    nonvar(T),
+    T = is_true(_), !.
 
 %   Its robots are different and capable, and no precondition is broken for good.
 could(Head, Agents, In) :-

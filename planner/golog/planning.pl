@@ -103,14 +103,14 @@ none_dict(Why, Nodes0, _{status: Status, nodes: Nodes, pruned: Pruned}) :-
 %!  cover_plan(+Request, -Dict) is det.
 %
 %   Request is cover(Session, Inferences): the least makespan by run tables, where the program is
-%   separable; `status: no_network` otherwise.
+%   separable; `status: no_network` otherwise. Without inferences, a plan made job by job.
 
 cover_plan(cover(Session, Limit), Dict) :-
     ahead_of(Session, P, S),
-    catch(network(P, S, Network), error(no_network(_), _), Network = unknown),
+    network_of(Session, P, S, Network),
     (   Network == none
     ->  none_dict(proven, 0, Dict)
-    ;   Network == unknown
+    ;   Network = unknown(_)
     ->  Dict = _{status: no_network, nodes: 0}
     ;   best_cover(Network, Limit, Result),
         cover_dict(Result, Session, P, S, Dict)
@@ -133,7 +133,7 @@ cover_dict(plan(_, _, Bound, Choices, Steps, Nodes), Session, P, S, Dict) :-
 
 task_network(Session, Dict) :-
     ahead_of(Session, P, S),
-    catch(network(P, S, Network), error(no_network(What), _), Network = unknown(What)),
+    network_of(Session, P, S, Network),
     (   Network = network(Root, Robots, Team, _, Capacity, Exact)
     ->  row(Root, Row),
         findall([Name, Work], ( member(robot(Name, _, W), Robots), null(W, Work) ), Robot_rows),
@@ -144,6 +144,14 @@ task_network(Session, Dict) :-
     ;   Network = unknown(What),
         term_string(What, Text),
         Dict = _{unknown: Text}
+    ).
+
+%   Made once, as it takes a while; unknown(What) if there is none because of What.
+network_of(Session, P, S, Network) :-
+    (   kept_network(Session, Network)
+    ->  true
+    ;   catch(network(P, S, Network), error(no_network(What), _), Network = unknown(What)),
+        keep_network(Session, Network)
     ).
 
 row(step(Id, Robots, Goal0, Odds, Fixed, Ends0, Claims), [step, Id, Robots, Goal, Odds, Fixed, Ends, Claims]) :-

@@ -1,5 +1,6 @@
 :- module(planner_revising,
-          [ revised/4                   % +Program, +Situation, -Program, -Situation
+          [ revised/4,                  % +Program, +Situation, -Program, -Situation
+            drop_all/3                  % +Program, +Situation, -Situation
           ]).
 
 /** <module> For-each after the world has changed
@@ -67,12 +68,20 @@ in_turns(P, _, _, New, S, conc([P|New]), S).
 given_up(Id, Gone, P, Left, S0, S) :-
     (   turn_of(P, Id, Name), memberchk(Name, Gone)
     ->  Left = [],
-        findall(R, ( sub_term(T, P), nonvar(T), T = running(R) ), Running),
-        foldl(abandon, Running, S0, S1),
-        findall(I-H, ( sub_term(T, P), nonvar(T), T = scope(I, H, _) ), Scopes),
-        give_up(Scopes, S1, S)
+        drop_all(P, S0, S)
     ;   Left = [P], S = S0
     ).
+
+%!  drop_all(+Program, +Situation, -Situation) is det.
+%
+%   Program is given up: what runs in it is noted as abandoned, what its processes have is free.
+
+drop_all(P, S0, S) :-
+    running(S0, Runs),
+    findall(R, ( sub_term(T, P), nonvar(T), T = running(R), memberchk(run(_, _, R, _), Runs) ), Running),
+    foldl(abandon, Running, S0, S1),
+    findall(I-H, ( sub_term(T, P), nonvar(T), T = scope(I, H, _) ), Scopes),
+    give_up(Scopes, S1, S).
 
 abandon(Id, S0, S) :-
     running(S0, Runs),

@@ -3,6 +3,8 @@
             kept/3,                     % +Session, -Program, -Situation
             keep_ahead/3,               % +Session, +Program, +Situation
             ahead_of/3,                 % +Session, -Program, -Situation
+            keep_network/2,             % +Session, +Network
+            kept_network/2,             % +Session, -Network
             keep_planned/3,             % +Session, +Guide, +Waits
             take_planned/4,             % +Session, -Guide, -Waits, -Open
             forget_session/1,           % +Session
@@ -14,6 +16,7 @@
 Sessions are kept in the recorded database, which all threads share. Under the key of a session stand
     kept(Program, Situation)         what remains to be done, for real
     ahead(Program, Situation)        the same as it is looked ahead from
+    network(Network)                 what it may come to from there, once that has been asked for
     planned(Guide, Waits, Open)      from when a plan is found until it is adopted; Open are the steps of the
                                      plan before that had not begun when it was found
 */
@@ -38,7 +41,15 @@ kept(Session, P, S) :-
 
 keep_ahead(Session, P, S) :-
     forget(Session, ahead(_, _)),
+    forget(Session, network(_)),
     recorda(Session, ahead(P, S)).
+
+keep_network(Session, Network) :-
+    recorda(Session, network(Network)).
+
+kept_network(Session, Network) :-
+    recorded(Session, network(Kept)), !,
+    Network = Kept.
 
 ahead_of(Session, P, S) :-
     once(recorded(Session, ahead(P, S))).

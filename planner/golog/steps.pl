@@ -1,5 +1,6 @@
 :- module(planner_steps,
           [ open_session/2,             % +Request, -Dict
+            add_request/2,              % +Request, -Dict
             close_session/2,            % +Session, -Dict
             next_actions/2,             % +Request, -Dict
             report/2,                   % +Outcome, -Dict
@@ -16,7 +17,6 @@ its key. These are entries of planner/planner.py (see kb/prolog.py); plans are m
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(yall)).
-:- use_module(library(occurs), [sub_term/2]).
 :- use_module(kb_rules(facts), [kind/3]).
 :- use_module(planner_golog(syntax)).
 :- use_module(planner_golog(actions)).
@@ -38,6 +38,25 @@ open_session(request(Session, Revision, Head, Limit, Now), _{}) :-
     no_guide(Guide),
     situation(Revision, act(Guide), Limit, Now, S),
     keep(Session, call(Session, task, Head), S).
+
+%!  add_request(+Request, -Dict) is det.
+%
+%   Request is add(Session, Now, Frame, Head): do Head too, side by side with what is left to do. Until a new
+%   plan is adopted, what is under way goes on as planned and nothing new is chosen.
+
+add_request(add(Session, Now, Frame, Head), Dict) :-
+    kept(Session, P0, S0),
+    revision(S0, Revision),
+    well_formed(Revision, Head),
+    New = call(Frame, task, Head),
+    ( P0 == [] -> P = New ; P0 = conc(Ps) -> append(Ps, [New], Qs), P = conc(Qs) ; P = conc([P0, New]) ),
+    at_time(S0, Now, S1),
+    set_data(awaiting, true, S1, S2),
+    drop(planned, S2, S),
+    keep(Session, P, S),
+    running(S, Runs),
+    length(Runs, Running),
+    Dict = _{events: [], done: false, running: Running, replan: true}.
 
 close_session(Session, _{}) :-
     forget_session(Session).
@@ -148,25 +167,27 @@ observe(changed(Session, Now, Property, Subject, Value), Dict) :-
 %!  retry(+Failure, -Dict) is det.
 %
 %   Failure is failed(Session, Now, Id): the action has failed. The innermost choice of an individual
-%   around it is open again, without the one that failed; `retry` tells whether there was one. Until a
-%   new plan is adopted, nothing is chosen.
+%   around it is open again, without the one that failed; `retry` tells whether there was one, `events`
+%   what else was running for that choice and is abandoned. Until a new plan is adopted, nothing is chosen.
 
-retry(failed(Session, Now, Id), _{retry: Retry, excluded: Excluded}) :-
+retry(failed(Session, Now, Id), _{retry: Retry, excluded: Excluded, events: Rows}) :-
     kept(Session, P, S0),
     at_time(S0, Now, S1),
     stop(Id, S1, S2),
     (   reopened(P, Id, P1, Pick, X, GivenUp)
     ->  exclude(Pick, X, S2, S3),
-        give_up(GivenUp, S3, S4),
+        drop_all(GivenUp, S3, S4),
         set_data(awaiting, true, S4, S5),
-        drop(planned, S5, S),
+        drop(planned, S5, S6),
+        take_log(S6, Events, S),
+        findall(Row, ( member(Event, Events), event_row(Event, S, Row) ), Rows),
         keep(Session, P1, S),
         Retry = true, Excluded = X
     ;   keep(Session, P, S2),
-        Retry = false, Excluded = null
+        Retry = false, Excluded = null, Rows = []
     ).
 
-%   GivenUp: the composite processes that had begun within, as Id-Head.
+%   GivenUp: what was left of the program within the choice.
 reopened([P|Ps], Id, [P1|Ps], Pick, X, G) :- reopened(P, Id, P1, Pick, X, G).
 reopened(conc(Ps), Id, conc(Qs), Pick, X, G) :- reopened_one(Ps, Id, Qs, Pick, X, G).
 reopened(pconc(Ps), Id, pconc(Qs), Pick, X, G) :- reopened_one(Ps, Id, Qs, Pick, X, G).
@@ -176,8 +197,7 @@ reopened(picked(PickId-Picked, Again, P), Id, Q, Pick, X, G) :-
     (   reopened(P, Id, P1, Pick, X, G)
     ->  Q = picked(PickId-Picked, Again, P1)
     ;   runs(P, Id)
-    ->  Q = Again, Pick = PickId, X = Picked,
-        findall(I-H, ( sub_term(Scope, P), nonvar(Scope), Scope = scope(I, H, _) ), G)
+    ->  Q = Again, Pick = PickId, X = Picked, G = P
     ).
 
 reopened_one([P|Ps], Id, [Q|Ps], Pick, X, G) :- reopened(P, Id, Q, Pick, X, G), !.

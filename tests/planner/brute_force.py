@@ -29,6 +29,8 @@ TRAVELS = ("Go", "Seek", "Carry")
 FIXED_MS = {"Go": 5, "Seek": 3, "Carry": 9, "Think": 7, "Look": 10, "Lift": 20, "Mark": 30, "Pass": 12, "Try": 11}
 """What a process takes, besides the travel."""
 ODDS = {"Seek": 0.7, "Try": 0.8}
+LARGEST = 5
+"""So many steps and composite processes has a program, whatever is chosen."""
 CAPABLE = ("Lift", "Carry")
 """What needs a lifter, or two."""
 
@@ -109,9 +111,15 @@ def _call(step: str, name: str, *arguments: Term, frame: Term = _FRAME) -> Term:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Block:
-    """A composite process that keeps its robot or uses resources, from its first step to its end."""
+    """A composite process: it does not begin while something else keeps its robot.
+
+    Attributes:
+        keeps: It keeps its robot from its first step to its end.
+        claims: It uses these resources from its first step to its end.
+    """
 
     id: str
+    robot: str
     keeps: bool = False
     claims: tuple[str, ...] = ()
 
@@ -171,7 +179,7 @@ Named: TypeAlias = tuple[Term, Callable[[str], Tree]]
 """A term, and the tree for the robot that is picked around it."""
 
 _LEAVES = ("Think", "Lift", "Mark", "Go", "Search", "Carry", "Pass", "Try", "Seek", "Cross", "Park", "Clean")
-_INNER = ("seq", "conc", "choice", "pick", "foreach", "gate", "any_order", "deadline", "task")
+_INNER = ("seq", "seq", "conc", "conc", "any_order", "any_order", "choice", "pick", "foreach", "gate", "deadline", "task")
 
 
 @dataclass(slots=True)
@@ -180,7 +188,7 @@ class Maker:
 
     rng: np.random.Generator
     world: World
-    tasks_left: int = 5
+    tasks_left: int = 4
     _steps: int = field(default=0)
 
     def program(self) -> tuple[Term, Tree]:
@@ -254,7 +262,7 @@ class Maker:
                     process=process, robots=(name(r),), what=place
                 )
             case "Carry":
-                other = str(self.rng.choice(self.world.robots))
+                other = str(self.rng.choice([r for r in self.world.robots if r != who] or list(self.world.robots)))
                 return _call(step, process, who, other, place, frame=frame), lambda r: Task(
                     process=process, robots=(name(r), other), what=place
                 )
@@ -270,7 +278,7 @@ class Maker:
                 return _call(step, process, who, door, frame=frame), lambda r: park(name(r), door, step)
             case "Clean":
                 self.tasks_left -= 1
-                return _call(step, process, who, place, frame=frame), lambda r: clean(name(r), place)
+                return _call(step, process, who, place, frame=frame), lambda r: clean(name(r), place, step)
             case _:
                 return _call(step, process, who, place, frame=frame), lambda r: search(name(r), place, step)
 
@@ -278,10 +286,17 @@ class Maker:
         self.tasks_left -= 1
         step, (who, name) = self._name(), self._who(robot)
         gate = str(self.rng.choice(PLACES))
-        test = struct("test", struct("holds", "marked", gate, True))
-        return [test, _call(step, "Look", who, frame=frame)], lambda r: Task(
-            process="Look", robots=(name(r),), gate=gate
+        look: Named = (
+            [struct("test", struct("holds", "marked", gate, True)), _call(step, "Look", who, frame=frame)],
+            lambda r: Task(process="Look", robots=(name(r),), gate=gate),
         )
+        if self.rng.random() < 0.3:
+            return look
+        self.tasks_left -= 1
+        marker = str(self.rng.choice(self.world.robots))
+        mark = Task(process="Mark", robots=(marker,), what=gate)
+        marking = _call(self._name(), "Mark", marker, gate, frame=frame)
+        return struct("conc", [look[0], marking]), lambda r: Conc((look[1](r), mark))
 
     def _foreach(self, frame: Term) -> Named:
         self.tasks_left -= len(self.world.drinks)
@@ -305,7 +320,7 @@ class Maker:
 
 def search(robot: str, place: str, step: str) -> Tree:
     """The steps of a Search, which keeps its robot."""
-    block = Block(id=step, keeps=True)
+    block = Block(id=step, robot=robot, keeps=True)
     go = Task(process="Go", robots=(robot,), what=place, block=block)
     look = Task(process="Look", robots=(robot,), block=block)
     return Seq((go, Task(process="Think", block=block), look))
@@ -313,21 +328,24 @@ def search(robot: str, place: str, step: str) -> Tree:
 
 def cross(robot: str, door: str, place: str, step: str) -> Tree:
     """The steps of a Cross, which keeps its robot and the door; its Pass uses the door that it has."""
-    block = Block(id=step, keeps=True, claims=(door,))
+    block = Block(id=step, robot=robot, keeps=True, claims=(door,))
     passing = Task(process="Pass", robots=(robot,), block=block)
     return Seq((passing, Task(process="Go", robots=(robot,), what=place, block=block)))
 
 
 def park(robot: str, door: str, step: str) -> Tree:
     """The steps of a Park, which keeps the door but not its robot."""
-    block = Block(id=step, claims=(door,))
+    block = Block(id=step, robot=robot, claims=(door,))
     return Seq((Task(process="Look", robots=(robot,), block=block), Task(process="Think", block=block)))
 
 
-def clean(robot: str, place: str) -> Tree:
+def clean(robot: str, place: str, step: str) -> Tree:
     """A Clean, by one of two recipes."""
-    dry = Seq((Task(process="Go", robots=(robot,), what=place), Task(process="Look", robots=(robot,))))
-    return Any((dry, Seq((Task(process="Think"), Task(process="Mark", robots=(robot,), what=place)))))
+    block = Block(id=step, robot=robot)
+    go = Task(process="Go", robots=(robot,), what=place, block=block)
+    mark = Task(process="Mark", robots=(robot,), what=place, block=block)
+    dry = Seq((go, Task(process="Look", robots=(robot,), block=block)))
+    return Any((dry, Seq((Task(process="Think", block=block), mark))))
 
 
 def random_world(rng: np.random.Generator) -> World:
@@ -349,11 +367,27 @@ def random_world(rng: np.random.Generator) -> World:
 
 
 def random_case(seed: int) -> tuple[World, Term, Tree]:
-    """A world, the body of a program in it, and its tree."""
+    """A world, the body of a program in it that is small enough to try everything, and its tree."""
     rng = np.random.default_rng(seed)
     world = random_world(rng)
-    body, tree = Maker(rng, world).program()
-    return world, body, tree
+    while True:
+        body, tree = Maker(rng, world).program()
+        if _size(tree) <= LARGEST:
+            return world, body, tree
+
+
+def _size(tree: Tree) -> int:
+    """So many steps and composite processes, at most."""
+    match tree:
+        case Task():
+            return 1
+        case Any(parts):
+            return max(map(_size, parts))
+        case By(_, part):
+            return _size(part)
+        case Seq(parts) | Conc(parts):
+            blocks = {part.block.id if isinstance(part, Task) and part.block else "" for part in parts}
+            return 1 if len(blocks) == 1 and "" not in blocks else sum(map(_size, parts))
 
 
 # ------------------------------------------------------------------------------------- every execution
@@ -424,6 +458,10 @@ class _Schedules:
     at: dict[str, str] = field(default_factory=dict)
     keeper: dict[str, str] = field(default_factory=dict)
     """The block that keeps a robot."""
+    released: dict[str, int] = field(default_factory=dict)
+    """When the last one that has ended has released it."""
+    begun: Counter[str] = field(default_factory=Counter)
+    """When a robot's composite processes have begun: what keeps it begins no sooner, if it is appended later."""
     slots: dict[str, list[int | str]] = field(default_factory=dict)
     """Of each resource, as many as its capacity: when it is free, or the block that has it."""
     worked: Counter[str] = field(default_factory=Counter)
@@ -445,17 +483,20 @@ class _Schedules:
         ready = [n for n, (_, b) in enumerate(self.tasks) if n not in self.ends and all(m in self.ends for m in b)]
         at_once = [n for n in ready if self._takes_nothing(self.tasks[n][0])]
         for number in at_once[:1] or ready:
-            if all(self._kept_by(robot, self.tasks[number][0].block) for robot in self.tasks[number][0].robots):
+            task, _ = self.tasks[number]
+            if all(self.keeper.get(r, "") in ("", task.block.id if task.block else "") for r in self._needed(task)):
                 yield from self._appended(number)
 
     def _takes_nothing(self, task: Task) -> bool:
-        """Of what others may want: its robots are kept for it, and it begins no block that claims something."""
-        kept = all(self.keeper.get(robot) for robot in task.robots)
-        begins = task.block is not None and bool(task.block.claims) and not self._has_begun(task.block)
-        return not task.claims and not begins and not task.gate and kept
+        """Of what others may want: it claims nothing, and its robots are kept for it."""
+        kept = all(task.block and self.keeper.get(robot) == task.block.id for robot in self._needed(task))
+        claims = task.claims or (task.block and task.block.claims and not self._has_begun(task.block))
+        return kept and not claims and not task.gate
 
-    def _kept_by(self, robot: str, block: Block | None) -> bool:
-        return self.keeper.get(robot, "") in ("", block.id if block else "")
+    def _needed(self, task: Task) -> tuple[str, ...]:
+        """The robots that have to be kept by nothing else."""
+        begins = task.block is not None and not self._has_begun(task.block)
+        return (*task.robots, task.block.robot) if task.block and begins else task.robots
 
     def _has_begun(self, block: Block) -> bool:
         return any(self.tasks[n][0].block == block for n in self.ends)
@@ -469,7 +510,9 @@ class _Schedules:
         if took is None or not all(times) or (task.gate and task.gate not in self.marked):
             return
         start = max([self.ends[b] for b in before] + [self.free[r] for r in task.robots] + [*map(min, times), 0])
-        start = max(start, self.marked.get(task.gate, 0))
+        start = max(start, self.marked.get(task.gate, 0), *(self.released.get(r, 0) for r in self._needed(task)), 0)
+        if block and block.keeps and not self._has_begun(block):
+            start = max(start, self.begun[block.robot])
         end = start + took
         late = task.by_ms is not None and end > task.by_ms
         if late or any(self.worked[r] + took > _limit_ms(r, self.world) for r in task.robots):
@@ -482,6 +525,8 @@ class _Schedules:
             free=self.free | Counter(dict.fromkeys(task.robots, end)),
             at={**self.at, **(dict.fromkeys(task.robots, task.what) if task.process in TRAVELS else {})},
             keeper=dict(self.keeper),
+            released=dict(self.released),
+            begun=self.begun | Counter({block.robot: start} if block and not self._has_begun(block) else {}),
             slots={resource: list(times) for resource, times in self.slots.items()},
             worked=self.worked + Counter(dict.fromkeys(task.robots, took)),
         )
@@ -498,6 +543,7 @@ class _Schedules:
 
     def release(self, block: Block, end: int) -> None:
         """The block ends."""
+        self.released |= {robot: end for robot, keeper in self.keeper.items() if keeper == block.id}
         self.keeper = {robot: keeper for robot, keeper in self.keeper.items() if keeper != block.id}
         self.slots = {
             resource: [end if slot == block.id else slot for slot in slots] for resource, slots in self.slots.items()

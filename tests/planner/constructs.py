@@ -2,8 +2,8 @@
 
 The table in docs/reference/golog.md is made of this list; tests/planner/test_constructs.py has each example planned.
 
-In the workshop of the examples, anna and bert are robots, cup and jug are things; a cup is dirty. To wipe (`Wipe`) takes
-30 s and makes clean, to polish (`Polish`) takes 50 s, needs an arm, which bert has, and what is clean; to count
+In the workshop of the examples, anna and bert are robots, cup and jug are things; the cup is dirty. To wipe (`Wipe`)
+takes 30 s and makes clean, to polish (`Polish`) takes 50 s, needs an arm, which bert has, and what is clean; to count
 (`Count`) takes 10 s and no robot; to carry (`Carry`) takes two robots 40 s; to look (`Look`) takes 5 s and finds out
 `seen`; `Tidy` wipes, then counts. The columns of other interpreters are after their source code: IndiGolog
 `ai-krml-uoft/indigolog` (2025), MIndiGolog `rfk/pgrad` (2011), golog++ `MASKOR/gologpp` (2023) with
@@ -30,7 +30,7 @@ class Construct:
         example: A program that has it; None for what comes about at run time only.
         makespan_s: Of the plan for the example; None if there is provably none.
         starts: The steps of that plan, as (start in seconds, id, robots), in order.
-        indigolog: What IndiGolog has of it; empty if nothing.
+        indigolog: What IndiGolog has of it.
         mindigolog: What MIndiGolog has of it.
         gologpp: What golog++ has of it.
     """
@@ -42,9 +42,9 @@ class Construct:
     example: Term | None = None
     makespan_s: float | None = None
     starts: tuple[tuple[float, str, str], ...] = ()
-    indigolog: str = ""
-    mindigolog: str = ""
-    gologpp: str = ""
+    indigolog: str = "none seen"
+    mindigolog: str = "none seen"
+    gologpp: str = "none seen"
 
     @property
     def name(self) -> str:
@@ -94,9 +94,9 @@ CONSTRUCTS = (
         example=[_CUP, _POLISH],
         makespan_s=80,
         starts=((0, "cup", "anna"), (30, "polish", "bert")),
-        indigolog="list",
-        mindigolog="`:`",
-        gologpp="`{ ; }`",
+        indigolog="yes",
+        mindigolog="yes",
+        gologpp="yes",
     ),
     Construct(
         term="call(Frame, Step, Head)",
@@ -108,18 +108,18 @@ CONSTRUCTS = (
         starts=((0, "carry", "anna+bert"), (40, "tidy/wipe", "anna"), (70, "tidy/count", "")),
         indigolog="yes; no durations",
         mindigolog="yes; begin and natural end, one agent",
-        gologpp="yes; `[min, max]` durations",
+        gologpp="yes; durations `[min, max]`",
     ),
     Construct(
         term="conc([P, ...])",
         owl="SplitJoin",
         meaning="side by side, truly at the same time; ends when all have ended",
         cited="[ConGolog] 4, [MIndiGolog] 4.3",
-        example=struct("conc", [_CUP, _JUG, _COUNT, _call("bert", "Wipe", "bert", "jug")]),
-        makespan_s=60,
-        starts=((0, "count", ""), (0, "cup", "anna"), (0, "bert", "bert"), (30, "jug", "anna")),
+        example=struct("conc", [_CUP, _COUNT, _call("jug", "Wipe", "bert", "jug")]),
+        makespan_s=30,
+        starts=((0, "cup", "anna"), (0, "count", ""), (0, "jug", "bert")),
         indigolog="`conc`, interleaved",
-        mindigolog="`//`, interleaved and true",
+        mindigolog="`conc`, interleaved and true",
         gologpp="`concurrent`",
     ),
     Construct(
@@ -138,6 +138,9 @@ CONSTRUCTS = (
         owl="AnyOrder",
         meaning="all, not overlapping, in an order that the planner chooses",
         cited="OWL-S Any-Order",
+        indigolog="no; from `conc`",
+        mindigolog="no",
+        gologpp="no",
         example=struct("any_order", _F, "order", [_POLISH, _CUP]),
         makespan_s=80,
         starts=((0, "cup", "anna"), (30, "polish", "bert")),
@@ -162,14 +165,14 @@ CONSTRUCTS = (
         example=[_CUP, struct("pick", _F, "who", Var("R"), "Robot", _call("polish", "Polish", Var("R"), "cup"))],
         makespan_s=80,
         starts=((0, "cup", "anna"), (30, "polish", "bert")),
-        indigolog="`pi`, over a domain",
-        mindigolog="`pi`, over anything",
+        indigolog="yes, typed by a domain",
+        mindigolog="yes, untyped",
         gologpp="`pick`",
     ),
     Construct(
         term="foreach(Frame, Step, [V-Class, ...], C, Inner, P)",
         owl="ForEach",
-        meaning="`P`, side by side for every combination of individuals of which `C` holds; `Inner` is the frame of a turn",
+        meaning="`P`, side by side for all combinations of individuals of which `C` holds; `Inner`: frame of a turn",
         cited="OWL-S, as `conc`",
         example=struct(
             "foreach",
@@ -191,8 +194,9 @@ CONSTRUCTS = (
         example=[struct("star", _F, "again", _CUP), _POLISH],
         makespan_s=80,
         starts=((0, "cup", "anna"), (30, "polish", "bert")),
-        indigolog="`star`",
-        mindigolog="`star`",
+        indigolog="yes",
+        mindigolog="yes",
+        gologpp="no",
     ),
     Construct(
         term="if(C, P, Q)",
@@ -202,9 +206,9 @@ CONSTRUCTS = (
         example=[_CUP, struct("if", _dirty("cup"), _COUNT, _POLISH)],
         makespan_s=80,
         starts=((0, "cup", "anna"), (30, "polish", "bert")),
-        indigolog="`if`",
-        mindigolog="`if`",
-        gologpp="`if`",
+        indigolog="yes",
+        mindigolog="yes",
+        gologpp="yes",
     ),
     Construct(
         term="while(C, P)",
@@ -214,9 +218,9 @@ CONSTRUCTS = (
         example=struct("while", _dirty("cup"), _CUP),
         makespan_s=30,
         starts=((0, "cup", "anna"),),
-        indigolog="`while`",
-        mindigolog="`while`",
-        gologpp="`while`",
+        indigolog="yes",
+        mindigolog="yes",
+        gologpp="yes",
     ),
     Construct(
         term="until(P, C)",
@@ -235,28 +239,35 @@ CONSTRUCTS = (
         example=struct("conc", [_CUP, [struct("test", struct("not", _dirty("cup"))), _COUNT]]),
         makespan_s=40,
         starts=((0, "cup", "anna"), (30, "count", "")),
-        indigolog="`?(C)`",
-        mindigolog="`test`",
-        gologpp="`test`",
+        indigolog="yes",
+        mindigolog="yes",
+        gologpp="yes",
     ),
     Construct(
         term="interrupt(Frame, Step, [V-Class, ...], C, P)",
         owl="Interrupt",
-        meaning="whenever `C` holds, of the first individuals by name, `P`; ends with what it interrupts, not within `P`",
+        meaning="whenever `C` holds, for the first by name, `P`; ends with what it interrupts, not within `P`",
         cited="[ConGolog] 4.4",
         example=struct(
             "pconc",
             [
-                struct("interrupt", _F, "dirt", [struct("-", Var("X"), "Thing")], _dirty(Var("X")),
-                       _call("wipe", "Wipe", "anna", Var("X"))),
+                struct(
+                    "interrupt",
+                    _F,
+                    "dirt",
+                    [struct("-", Var("X"), "Thing")],
+                    _dirty(Var("X")),
+                    _call("wipe", "Wipe", "anna", Var("X")),
+                ),
                 _JUG,
             ],
         ),
         makespan_s=60,
         starts=((0, "wipe", "anna"), (30, "jug", "anna")),
         indigolog="`interrupt`",
+        mindigolog="no",
         gologpp="in ReadyLog only",
-    ),  # fmt: skip
+    ),
     Construct(
         term="search(P)",
         owl="Lookahead",
@@ -266,7 +277,7 @@ CONSTRUCTS = (
         makespan_s=80,
         starts=((0, "cup", "anna"), (30, "polish", "bert")),
         indigolog="`search`, `searchc`",
-        mindigolog="in a later version",
+        mindigolog="in version 1",
         gologpp="`search`, `solve`",
     ),
     Construct(
@@ -277,8 +288,7 @@ CONSTRUCTS = (
         example=struct("deadline", 20_000, struct("choice", _F, "which", [_CUP, _COUNT])),
         makespan_s=10,
         starts=((0, "count", ""),),
-        mindigolog="tests on the time",
-        gologpp="platform constraints on the plan",
+        gologpp="constraints on a plan once found",
     ),
     Construct(
         term="running(Id)",
@@ -308,7 +318,9 @@ def table() -> str:
         "|---|---|---|---|---|---|---|",
     ]
     for c in CONSTRUCTS:
-        others = (c.indigolog or "no", c.mindigolog or "no", c.gologpp or "no") if c.example is not None else ("", "", "")
+        others = (
+            (c.indigolog or "no", c.mindigolog or "no", c.gologpp or "no") if c.example is not None else ("", "", "")
+        )
         owl = f"`{c.owl}`" if c.owl else "none"
         lines.append(f"| `{c.term}` | {owl} | {c.meaning} | {c.cited} | {' | '.join(others)} |")
     lines += ["", "| | example | makespan | its plan |", "|---|---|---|---|"]

@@ -274,8 +274,7 @@ class RandomNetwork:
         return tuple(self._node(depth - 1, around) for _ in range(2))
 
     def _claims(self, odds: float) -> tuple[str, ...]:
-        claims = tuple(name for name in ("door", "gate") if self._rng.random() < odds / 2)
-        return claims
+        return tuple(name for name in ("door", "gate") if self._rng.random() < odds / 2)
 
     def _step(self, around: tuple[str, ...]) -> Step:
         rng = self._rng

@@ -54,9 +54,9 @@ test('does not: steps of robots, which are seen to when the robot is free', fail
     work(W), looking(S), waits(conc([W, call(f, a, 'Fill'(r2, b1)), call(f, b, 'Use'(r1, b1))]), S).
 test('does not: a condition that nothing changes', fail) :- full(b1, C), work(W), looking(S), waits(if(C, W, []), S).
 
-test('robots are alike that are of the same classes', Gs == [[r1, r2], [r3]]) :-
-    work(W), looking(S), called(W, S, Names), alike(W, Names, S, Gs).
-test('unless a condition tells one from another', Gs == [[r1], [r2], [r3]]) :-
+test('robots are alike that no class which is asked for tells apart', Gs-Hs == [[r1, r2, r3]]-[[r1, r2], [r3]]) :-
+    work(W), looking(S), called(W, S, Names), alike(W, Names, S, Gs), alike(pick(f, p, _, 'Lifter', W), Names, S, Hs).
+test('and no condition', Gs == [[r1, r3], [r2]]) :-
     work(W), looking(S), P = pick(f, p, R, 'Robot', if(holds(color, R, red), W, [])), called(P, S, Names), alike(P, Names, S, Gs).
 test('individuals that are in one group stay together', Grouped == [[r1, r2], [b1]]) :- grouped([b1, r1, r2], [[r1, r2], [r3]], Grouped).
 

@@ -48,10 +48,14 @@ test('a choice', R == alt('f/c', [option([1], A), option([2], seq([]))])) :-
     work(a, r1, P), worked('f/a', r1, A), root(choice(f, c, [P, []]), R).
 test('a branch that nobody can do is left out', R == alt('f/c', [option([2], A)])) :-
     work(a, r1, P), worked('f/a', r1, A), root(choice(f, c, [call(f, l, 'Lift'(r1)), P, call(f, x, 'Broken'(r1))]), R).
-test('robots that are alike share an option', R == alt('f/p', [option([r1, r2], A), option([r3], B)])) :-
-    worked('f/a', '?f/p', A), worked('f/a', r3, B), root(pick(f, p, X, 'Robot', call(f, a, 'Work'(X))), R).
-test('what is excluded is no option', R == alt('f/p', [option([r2], A), option([r3], B)])) :-
-    worked('f/a', r2, A), worked('f/a', r3, B), looking(S0), exclude('f/p', r1, S0, S),
+test('robots that are alike share an option', R == alt('f/p', [option([r1, r2, r3], A)])) :-
+    worked('f/a', '?f/p', A), root(pick(f, p, X, 'Robot', call(f, a, 'Work'(X))), R).
+test('unless the program asks for what one of them is', R == alt('f/p', [option([r1, r2], A), option([r3], seq([B, L]))])) :-
+    worked('f/a', '?f/p', A0), A = seq([A0, alt('f/c', [option([1], seq([]))])]), worked('f/a', r3, B),
+    L = alt('f/c', [option([1], seq([])), option([2], step('f/l', [r3], none, 1, 20, [none], []))]),
+    root(pick(f, p, X, 'Robot', [call(f, a, 'Work'(X)), choice(f, c, [[], call(f, l, 'Lift'(X))])]), R).
+test('what is excluded is no option', R == alt('f/p', [option([r2, r3], A)])) :-
+    worked('f/a', '?f/p', A), looking(S0), exclude('f/p', r1, S0, S),
     network(pick(f, p, X, 'Robot', call(f, a, 'Work'(X))), S, network(R, _, _, _, _, _)).
 test('a condition that nothing before changes is decided', R == A) :-
     work(a, r1, P), worked('f/a', r1, A), root(if(holds(stands, b1, p1), P, []), R).
@@ -87,6 +91,12 @@ test('a precondition that another step changes is left out', R-Exact == side([Fi
     P = conc([call(f, a, 'Fill'(r1)), call(f, b, 'Use'(r2))]), root(P, R), exact(P, Exact).
 test('steps that have nothing to do with one another: exact', Exact == true) :-
     work(a, r1, P), exact([P, call(f, g, 'Go'(r2, p1))], Exact).
+test('where only acting tells how to go on, a plan may end there: none', [forall(member(P, [if(C, W, W), [W, test(C), W], foreach(f, e, [_-'Box'], C, _, W)])),
+                                                                         throws(error(no_network(sensing), _))]) :-
+    C = is_true(loc(f, x)), work(a, r1, W), root(P, _).
+test('what acting has found out already is known', R == A) :-
+    work(a, r1, P), worked('f/a', r1, A), looking(S0), set_data(loc(f, x), true, S0, S),
+    network(if(is_true(loc(f, x)), P, []), S, network(R, _, _, _, _, _)).
 test('what depends on what is done before has none',
      [forall(member(P-What, [ pconc([])-prioritized, interrupt(f, i, [], all([]), W)-interrupt, star(f, s, W)-iterate, until(W, any([]))-repeat_until,
                              while(all([]), W)-repeat_while, [call(f, b, 'Fill'(r2)), while(holds(full, tank, true), W)]-repeat_while ])),

@@ -75,3 +75,20 @@ test('a failure in the middle of a process begins it again', Events == [begun-'f
     shown(Next, Events).
 
 :- end_tests(sessions).
+
+% Both robots scan and lift at once; what fails takes what runs beside it along.
+
+:- begin_tests(abandoning, [setup(station), cleanup(station_gone)]).
+
+pair(Key) :-
+    load_facts([definition(t, 'Pair', F, pick(F, pick, R, 'Robot', conc([call(F, watch, 'Watch'(R)), call(F, count, 'Count')])))], _),
+    open_session(request(Key, t, 'Pair', 2, 0), _).
+
+test('what ran for the same choice is abandoned, and begins anew', Found == [['a1/task/count'], ['a1/task/watch', 'a1/task/count']]) :-
+    pair(a1), plan(a1, 0, _), next_actions(next(a1, 0), _), retry(failed(a1, 5, 'a1/task/watch'), Dict),
+    findall(Id, ( member([abandoned, Id|_], Dict.events) ), Abandoned),
+    plan(a1, 5, _), next_actions(next(a1, 5), Next),
+    findall(Id, member([started, Id|_], Next.events), Started),
+    Found = [Abandoned, Started].
+
+:- end_tests(abandoning).

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import shutil
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,14 +14,17 @@ import numpy as np
 import pytest
 from unified_planning.io import PDDLReader
 
+from kb.errors import DependencyMissing
 from kb.files import SHIPPED
+from kb.prolog import PrologError
 from kb.store import KnowledgeBase, Snapshot
 from kb.terms import Struct, render
 from planner.classical import GoalPlan, parse_goal, solve
-from planner.classical_engine import ARIES, Engine
+from planner.classical_engine import ARIES, Engine, require_engines
 from planner.classical_export import BadPlanText, agrees, export_goal, export_task, goal_problem, import_plan
 from planner.classical_goal import BadGoal
 from planner.classical_operators import offered
+from planner.classical_process import PROCESS, GoalProcess
 from planner.classical_recipe import as_owl
 from planner.classical_tasks import CannotExport, task_problem
 from planner.errors import InvalidPlan
@@ -390,22 +394,81 @@ def _alive(group: int) -> list[int]:
     return alive
 
 
-def test_recipe(reach: Callable[[str], GoalPlan], lab: Snapshot, tmp_path: Path, travel: Travel) -> None:
-    """A plan that is kept as a recipe is a task type, and our own planner finds the same makespan for it."""
-    plan = reach("hasDetectedPosition(drink_1)")
-    owl = as_owl(plan, "FindIt", lab)
-    own = _with(tmp_path / "ontologies", "find_it", owl)
-    knowledge = KnowledgeBase("tue_lab", own)
+@pytest.mark.parametrize(
+    ("goal", "inputs", "awaited"),
+    [
+        ("hasDetectedPosition(drink_1)", {"drink1": "drink_1"}, ""),
+        (
+            "hasDetectedPosition(drink_1), locatedAt(amigo_1)=at_bar",
+            {"amigo1": "amigo_1", "atBar": "at_bar", "drink1": "drink_1"},
+            "test(holds(locatedAt,Amigo1,AtBar))",
+        ),
+        pytest.param(
+            "hasDetectedPosition(drink_1), hasDetectedPosition(drink_2), not isEmpty(drink_1)=false, "
+            "locatedAt(amigo_1)=start_west, not locatedAt(drink_1)=at_bar",
+            {"amigo1": "amigo_1", "startWest": "start_west", "drink1": "drink_1", "drink2": "drink_2"},
+            "test(all([not(holds(isEmpty,Drink1,false)),holds(locatedAt,Amigo1,StartWest)]))",
+            marks=pytest.mark.slow,
+        ),
+    ],
+)
+def test_recipe(
+    goal: str,
+    inputs: dict[str, str],
+    awaited: str,
+    reach: Callable[[str], GoalPlan],
+    lab: Snapshot,
+    tmp_path: Path,
+    travel: Travel,
+) -> None:
+    """A plan that is kept as a recipe is a task type that ends as the goal asks, and takes no longer than the plan."""
+    plan = reach(goal)
+    knowledge = KnowledgeBase("tue_lab", _with(tmp_path / "ontologies", "keep_it", as_owl(plan, "KeepIt", lab)))
     snapshot = knowledge.snapshot()
-    assert {p.name for p in snapshot.processes["FindIt"].inputs} == {"drink1"}
-    session = Session("kept", snapshot, "FindIt", {"drink1": "drink_1"}, robots=2)
+    assert awaited in snapshot.program("KeepIt").text
+    assert awaited or "test(" not in snapshot.program("KeepIt").text
+    given = {p.name: inputs[p.name] for p in snapshot.processes["KeepIt"].inputs}
+    session = Session("kept", snapshot, "KeepIt", given, robots=2)
     kept = session.plan(travel_times(travel), now_s=0.0)
     session.close()
-    assert kept.status is PlanStatus.SOLVED_OPTIMALLY
-    assert round(1000 * kept.makespan_s) == plan.makespan_ms
     knowledge.close()
-    with pytest.raises(BadGoal, match="something else already"):
-        as_owl(plan, "Navigate", lab)
+    assert kept.status is PlanStatus.SOLVED_OPTIMALLY
+    least_ms = round(1000 * kept.makespan_s)
+    assert plan.bound_ms <= least_ms <= plan.makespan_ms
+
+
+def test_names_of_recipes(reach: Callable[[str], GoalPlan], lab: Snapshot) -> None:
+    """A recipe needs a name that nothing else has, and steps."""
+    plan = reach("hasDetectedPosition(drink_1)")
+    for name, says in (("Navigate", "something else already"), ("find it", "no name for a process")):
+        with pytest.raises(BadGoal, match=says):
+            as_owl(plan, name, lab)
+    with pytest.raises(BadGoal, match="there are no steps to keep"):
+        as_owl(reach("locatedAt(amigo_1)=start_west"), "KeepIt", lab)
+
+
+def test_a_plan_is_a_process_of_its_own(reach: Callable[[str], GoalPlan], lab: Snapshot, travel: Travel) -> None:
+    """A session performs it, checked like any other, from what is told; nothing of it is left behind."""
+    plan = reach("hasDetectedPosition(drink_1) and locatedAt(amigo_1)=at_bar")
+    told = replace(lab, fluents={**lab.fluents, ("locatedAt", "drink_1"): "at_cabinet"})
+    for snapshot, solved in ((lab, True), (told, False)):
+        process = GoalProcess(plan, snapshot)
+        session = Session("goal", process.snapshot, PROCESS, {}, robots=2)
+        made = session.plan(travel_times(travel), now_s=0.0)
+        session.close()
+        process.close()
+        assert made.solved is solved, "the drink is not where the plan looks for it"
+        assert not solved or round(1000 * made.makespan_s) == plan.makespan_ms
+        with pytest.raises(PrologError):
+            Session("goal", process.snapshot, PROCESS, {}, robots=2)
+    assert PROCESS not in lab.processes
+
+
+def test_missing_engines(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The message says what to install."""
+    monkeypatch.setitem(sys.modules, "up_aries", None)  # as if it could not be found
+    with pytest.raises(DependencyMissing, match=r"goals need the planner aries.*pip install 'concertmaster\[goals\]'"):
+        require_engines()
 
 
 def travel_times(travel: Travel) -> TravelTimes:

@@ -77,7 +77,7 @@ class Driver:
     def fail(self) -> str | None:
         """Report failure of the action that started first."""
         self.now_s += 0.01
-        return self.session.failed(self.running.pop(0), now_s=self.now_s)
+        return self.session.failed(self.running.pop(0), now_s=self.now_s).excluded
 
     def run_until(self, wanted: Callable[[Action], bool]) -> Action:
         """Go on until such an action is the next to report on."""
