@@ -92,6 +92,7 @@ class _State:
         work_ms: By robot, how long it has worked.
         team: Robots that take part.
         used: By resource, when it is in use.
+        kept: Robots and resources that parts have which are under way and not yet scheduled, and how many parts each.
         changed: By robot, resource, or for the team: how many tasks had been scheduled when it got its last one.
         choices: Made so far.
         steps: As they were scheduled.
@@ -102,6 +103,7 @@ class _State:
     work_ms: dict[str, int]
     team: set[str]
     used: dict[str, list[tuple[int, int]]]
+    kept: dict[str, int] = field(default_factory=dict)
     changed: dict[str, int] = field(default_factory=dict)
     choices: dict[str, Label] = field(default_factory=dict)
     steps: list[StartedStep] = field(default_factory=list)
@@ -113,6 +115,7 @@ class _State:
             work_ms=dict(self.work_ms),
             team=set(self.team),
             used={resource: list(times) for resource, times in self.used.items()},
+            kept=dict(self.kept),
             changed=dict(self.changed),
             choices=dict(self.choices),
             steps=list(self.steps),
@@ -136,7 +139,29 @@ def _begin(network: Network, root: Branch) -> _State:
                 state.place[robot] = node.ends[i]
         for claim in node.claims:
             state.used.setdefault(claim, []).append((0, node.left_ms))
+    _keep(root, state, frozenset())
     return state
+
+
+def _keep(branch: Branch, state: _State, had: frozenset[str]) -> None:
+    """Note what the parts that are under way have; `had` is what is around them has."""
+    if is_begun(branch):
+        has = _has(branch) - had
+        for name in has:
+            state.kept[name] = state.kept.get(name, 0) + 1
+        for part in branch.parts:
+            _keep(part, state, had | has)
+
+
+def _has(branch: Branch) -> frozenset[str]:
+    """What a part has to itself from its first step to its end; robots under the names that it gives them."""
+    match branch.node:
+        case Held(robot=robot):
+            return frozenset({robot})
+        case Claimed(claims=claims):
+            return frozenset(claims)
+        case _:
+            return frozenset()
 
 
 @dataclass(frozen=True, slots=True)
@@ -303,6 +328,9 @@ class _Run:
             raise _Stuck
         _, item, found = best
         if isinstance(found, _Tried):
+            if found.state.kept != self.state.kept:
+                for other in self.agenda:
+                    other.placed.clear()
             self.state = found.state
         elif any(
             self.state.changed.get(what, 0) > found.seen for what in (_TEAM, *(u.resource for u in found.mode.uses))
@@ -336,7 +364,7 @@ class _Run:
         state = self.state
         if any(self.symbols[symbol] != robot for symbol, robot in mode.given):
             return None
-        if len(state.team.union(mode.robots)) > self.network.team:
+        if len(state.team | mode.workers) > self.network.team or not state.kept.keys().isdisjoint(mode.robots):
             return None
         way = 0
         if mode.goal is not None:
@@ -351,9 +379,10 @@ class _Run:
                 return None
             ready_ms = max(ready_ms, state.free_ms[robot])
         took = [piece.ms + way if piece.travels else piece.ms for piece in mode.pieces]
-        return _Placed(mode, tuple(self._times(mode, took, ready_ms)), len(state.steps))
+        times = self._times(mode, took, ready_ms)
+        return None if times is None else _Placed(mode, tuple(times), len(state.steps))
 
-    def _times(self, mode: Mode, took: Sequence[int], ready_ms: int) -> list[tuple[int, int]]:
+    def _times(self, mode: Mode, took: Sequence[int], ready_ms: int) -> list[tuple[int, int]] | None:
         """When its pieces start and end: each waits for the resources whose use starts with it."""
         wait = [0] * len(took)
         while True:
@@ -366,16 +395,20 @@ class _Run:
             for use in mode.uses:
                 start, end = times[use.first][0], times[use.last][1]
                 free = start if use.resource in self.claims else self._free(use.resource, start, end - start)
+                if free is None:
+                    return None
                 if free > start:
                     wait[use.first] = free
                     break
             else:
                 return times
 
-    def _free(self, resource: str, start_ms: int, ms: int) -> int:
-        """From when on a resource can be used for so long."""
+    def _free(self, resource: str, start_ms: int, ms: int) -> int | None:
+        """From when on a resource can be used for so long; None: that is not known yet."""
         used = self.state.used.get(resource, ())
-        capacity = self.network.capacity.get(resource, 1)
+        capacity = self.network.capacity.get(resource, 1) - self.state.kept.get(resource, 0)
+        if capacity <= 0:
+            return None
         for start in sorted({start_ms, *(end for _, end in used if end > start_ms)}):
             meanwhile = [(a, b) for a, b in used if a < start + ms and b > start]
             if (
@@ -395,8 +428,8 @@ class _Run:
             state.free_ms[robot] = placed.end
             state.place[robot] = place if place is not None else state.place[robot]
             state.changed[robot] = len(state.steps)
-        if not state.team.issuperset(mode.robots):
-            state.team.update(mode.robots)
+        if not state.team >= mode.workers:
+            state.team |= mode.workers
             state.changed[_TEAM] = len(state.steps)
         for use in mode.uses:
             if use.resource not in self.claims:
@@ -425,7 +458,12 @@ class _Run:
             case Held(robot=holder):
                 robot = self.symbols.get(holder, holder)
                 ready_ms = max(item.ready_ms, self.state.free_ms.get(robot, 0))
-                for tried in self._fork()._tried(item.branch.parts[0], item, ready_ms):
+                if robot in self.state.kept and not is_begun(item.branch):
+                    return
+                run = self._fork()
+                if is_begun(item.branch):
+                    run.state.kept.pop(robot, None)
+                for tried in run._tried(item.branch.parts[0], item, ready_ms):
                     tried.state.free_ms[robot] = max(tried.state.free_ms.get(robot, 0), tried.end)
                     tried.state.changed[robot] = len(tried.state.steps)
                     yield tried
@@ -475,17 +513,27 @@ class _Run:
 
     def _claimed(self, claims: Sequence[str], item: _Open) -> Iterator[_Tried]:
         """The part, begun so late that all that it claims is free from its first step to its end."""
-        ready_ms = item.ready_ms
+        begun, ready_ms = is_begun(item.branch), item.ready_ms
         while True:
-            tried = next(self._fork(claims=claims)._tried(item.branch.parts[0], item, ready_ms), None)
+            run = self._fork(claims=claims)
+            if begun:
+                run.state.kept = {
+                    n: k - 1 if n in claims else k for n, k in run.state.kept.items() if k > 1 or n not in claims
+                }
+            tried = next(run._tried(item.branch.parts[0], item, ready_ms), None)
             if tried is None:
                 return
-            free = max((self._free(claim, tried.start, tried.end - tried.start) for claim in claims), default=0)
-            if free <= tried.start:
+            if begun:
+                start = 0
                 break
-            ready_ms = free
-        run = _Run(self.network, self.ways, self.rule, tried.state)
-        if len(tried.state.steps) > len(self.state.steps):
+            start = tried.start
+            free = [self._free(claim, start, tried.end - start) for claim in claims]
+            if any(at is None for at in free):
+                return
+            ready_ms = max((at for at in free if at is not None), default=start)
+            if ready_ms <= start:
+                break
+        if begun or len(tried.state.steps) > len(self.state.steps):
             for claim in claims:
-                run._use(claim, tried.start, tried.end)
+                run._use(claim, start, tried.end)
         yield tried

@@ -106,6 +106,11 @@ class Mode:
         return sum(piece.ms for piece in self.pieces if piece.robots)
 
     @property
+    def workers(self) -> frozenset[str]:
+        """Its robots but for those that are only held."""
+        return frozenset(robot for piece in self.pieces for robot in piece.robots)
+
+    @property
     def edges(self) -> tuple[Edge, ...]:
         """Where it may have to wait or lets go of a resource, in order; its start is the first, its end the last."""
         taken = {(use.first, TAKE) for use in self.uses} | {(0, TAKE)}

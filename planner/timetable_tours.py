@@ -48,7 +48,7 @@ class Tour:
     """The tour of a robot in the model.
 
     Attributes:
-        takes_part: Whether the robot does anything.
+        takes_part: Whether the robot does anything but being held.
         arcs: One of which leads to and from each task that it does.
     """
 
@@ -81,9 +81,10 @@ class Tour:
         self._load: list[tuple[Variable, int]] = []
         self.arcs: list[Arc] = []
         self.takes_part = variables.literal()
-        variables.guess(self.takes_part, lambda g: max(g[visit.on] for visit in visits))
-        for visit in visits:
-            variables.model.add_implication(visit.on, self.takes_part)
+        work = [on for v in visits for m in v.modes if robot in v.task.modes[m].workers for on in [v.task.on[m]]]
+        variables.guess(self.takes_part, lambda g: max((g[on] for on in work), default=0))
+        for on in work:
+            variables.model.add_implication(on, self.takes_part)
         if self._movers:
             self._circuit()
         self._bound_load(span)
@@ -194,8 +195,6 @@ class Tour:
                     load.append((arc.on, max(self._free, arc.after.head_ms // unit)))
                 if arc.after is None and arc.before is not None:
                     load.append((arc.on, arc.before.tail_ms // unit))
-        else:
-            load.append((self.takes_part, self._free))
         self._vars.model.add(sum(on * ms for on, ms in [*load, *self._ways]) + sum(self._rides) <= span)
 
     def limit_work(self) -> None:

@@ -27,7 +27,7 @@ network is a relaxation. planner/network.py says the same in Python.
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(occurs), [sub_term/2]).
-:- use_module(kb_rules(facts), [effect/4, keeps_robot/2, kind/3, precondition/3, value/4]).
+:- use_module(kb_rules(facts), [agent/3, definition/4, duration/3, effect/4, keeps_robot/2, kind/3, precondition/3, value/4]).
 :- use_module(kb_rules(capability), [capable/3]).
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(actions)).
@@ -47,8 +47,8 @@ prolog:error_message(no_network(What)) -->
 %   @error no_network(Construct) what is done depends on what is done before, or on what acting finds out
 
 network(P, S, Network) :-
-    ( independent(P, S) -> Exact = true ; Exact = false ),
     called(P, S, Names),
+    ( independent(P, S), \+ begins_unseen(Names, S) -> Exact = true ; Exact = false ),
     alike(P, Names, S, Groups),
     (   expand(P, in(S, first, Names, Groups), Root)
     ->  robots(S, Robots),
@@ -57,6 +57,28 @@ network(P, S, Network) :-
         capacities(S, Capacity),
         Network = network(Root, Robots, Team, Travel, Capacity, Exact)
     ;   Network = none
+    ).
+
+%   A process of a robot does not begin while another keeps the robot. The network says so of steps alone: it leaves
+%   something out where a process may begin with a step that is not its robot's.
+begins_unseen(Names, S) :-
+    revision(S, Revision),
+    member(Keeper, Names), keeps_robot(Revision, Keeper), defined(Revision, Keeper, _, _),
+    member(Name, Names), \+ keeps_robot(Revision, Name), defined(Revision, Name, Head, Body),
+    agent(Revision, Head, Robot),
+    \+ begun_by(Robot, Revision, Body), !.
+
+defined(Revision, Name, Head, Body) :-
+    definition(Revision, Head, _, Body),
+    functor(Head, Name, _),
+    \+ duration(Revision, Head, _).
+
+begun_by(Robot, Revision, [P|_]) :- begun_by(Robot, Revision, P).
+begun_by(Robot, Revision, choice(_, _, [P|Ps])) :- \+ ( member(Q, [P|Ps]), \+ begun_by(Robot, Revision, Q) ).
+begun_by(Robot, Revision, call(_, _, Head)) :-
+    (   duration(Revision, Head, _)
+    ->  agent(Revision, Head, Agent), Agent == Robot
+    ;   definition(Revision, Head, _, Body), begun_by(Robot, Revision, Body)
     ).
 
 robots(S, Robots) :-

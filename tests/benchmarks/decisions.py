@@ -74,7 +74,7 @@ def _decisions(snapshot: Snapshot, *, planned: bool, cycles: int, steps: int) ->
                 return
             now_s, _, action = heapq.heappop(running)
             truths = {}
-            if _TRUTHS <= {a.name for a in action.arguments}:
+            if {a.name for a in action.arguments} >= _TRUTHS:
                 driven[action.id] = driven.get(action.id, 0) + 1
                 truths = {"arrived": driven[action.id] >= cycles, "blocked": False}
             begun = time.perf_counter()
@@ -90,7 +90,8 @@ def _duration_s(snapshot: Snapshot, action: Action) -> float:
 
 def _travel(robots: object, places: object) -> Travel:
     """Random travel times, the same every time; it is not travel that is measured here."""
-    assert isinstance(robots, list) and isinstance(places, list)
+    assert isinstance(robots, list)
+    assert isinstance(places, list)
     rng = np.random.default_rng(1)
     return Travel(
         places=tuple(places),

@@ -230,6 +230,9 @@ class RandomNetwork:
             claims=("door",) if robot == "r0" and self._rng.random() < 0.5 else (),
         )
         parts = InSequence(parts=(left, rest))
+        if self._rng.random() < 0.3:
+            begun = Underway(id=self._next("u"), robots=(), left_ms=0)
+            return Claimed(id=self._next("k"), claims=("gate",), part=InSequence(parts=(begun, rest)))
         return Held(id=self._next("h"), robot=robot, part=parts) if self._rng.random() < 0.5 else parts
 
     def _node(self, depth: int, around: tuple[str, ...]) -> Node:

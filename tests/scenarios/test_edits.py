@@ -7,9 +7,7 @@ from pathlib import Path
 import pytest
 
 from executive import Fleet
-from executive.cli import main
 from grounding.errors import GroundingError
-from planner.plan import PlanStatus
 from tests.scenarios.conftest import Edit
 
 TUE_LAB = "http://example.org/concertmaster/tue_lab.owl#"
