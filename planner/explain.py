@@ -39,6 +39,9 @@ EFFORT = 1.0
 MOST_PLANS = 200
 """So many plans an explainer makes at most."""
 
+MOST_NODES = 60_000
+"""After so many configurations of the exact search, in all its plans, it makes no more."""
+
 _PAIR = 2
 
 
@@ -83,6 +86,7 @@ class Explainer:
         self._now_s = now_s
         self._effort = effort
         self._left = most_plans
+        self._nodes = 0
         self._keys = itertools.count(1)
 
     def why(self, plan: Plan) -> PlanExplanation:
@@ -285,11 +289,13 @@ class Explainer:
 
     def _planned(self, only: Mapping[str, Label], changes: Sequence[Change]) -> Plan | None:
         """The best plan; None if the budget of plans is spent."""
-        if not self._left:
+        if not self._left or self._nodes > MOST_NODES:
             return None
         self._left -= 1
         with self._supposed(only, changes) as supposed:
-            return supposed.plan(self._travel_times(changes), now_s=self._now_s, effort=self._effort)
+            plan = supposed.plan(self._travel_times(changes), now_s=self._now_s, effort=self._effort)
+        self._nodes += plan.nodes
+        return plan
 
     def _prospects(self, only: Mapping[str, Label], below: str = "all") -> Prospects:
         with self._supposed(only, ()) as supposed:

@@ -58,9 +58,10 @@ class Making:
         """There is nothing that could be done."""
         return self._none(PlanStatus.UNSOLVABLE_PROVEN, "the program has no execution: no choice leads to its end")
 
-    def unsupported(self, why: str) -> Plan:
+    @staticmethod
+    def unsupported(why: str, *, now_s: float) -> Plan:
         """It cannot be looked ahead."""
-        return self._none(PlanStatus.UNSUPPORTED, why)
+        return _none(PlanStatus.UNSUPPORTED, why, now_s)
 
     def searched(self, best: Plan | None = None) -> Plan:
         """By exact search over executions; at least as good as the best plan so far."""
@@ -180,16 +181,20 @@ class Making:
         return replace(judged, reason=_reason(judged), history=tuple(self._history))
 
     def _none(self, status: PlanStatus, reason: str) -> Plan:
-        return Plan(
-            status=status,
-            made_at_s=self._now_s,
-            makespan_s=0.0,
-            lower_bound_s=0.0,
-            steps=(),
-            choices={},
-            nodes=0,
-            reason=reason,
-        )
+        return _none(status, reason, self._now_s)
+
+
+def _none(status: PlanStatus, reason: str, now_s: float) -> Plan:
+    return Plan(
+        status=status,
+        made_at_s=now_s,
+        makespan_s=0.0,
+        lower_bound_s=0.0,
+        steps=(),
+        choices={},
+        nodes=0,
+        reason=reason,
+    )
 
 
 def _reason(plan: Plan) -> str:

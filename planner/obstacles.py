@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import Any
 
 from kb.ontology import Ontology, Value
-from kb.vocabulary import Property
+from kb.vocabulary import Kind, Property
 from planner.hypotheses import Battery, Change, ChangeKind
 
 PLENTY_MS = 10**9
@@ -105,9 +105,8 @@ def _obstacle(
         case "lacks", [robot, capability]:
             means = ontology.definition(capability)
             told = f"{capability} ({means})" if means else capability
-            change = Change(
-                kind=ChangeKind.CAPABILITY, subject=robot, what=capability, text=f"{robot} were a {capability}"
-            )
+            wish = f"{robot} were a {capability}"
+            change = Change(kind=ChangeKind.CAPABILITY, subject=robot, what=capability, text=wish)
             return about(ObstacleKind.CAPABILITY, (robot,), f"it is no {told}", change)
         case "twice", [robot]:
             return about(ObstacleKind.SAME_ROBOT, (robot,), "it takes different robots", None)
@@ -127,7 +126,8 @@ def _obstacle(
             shown = f"{prop}({subject})"
             is_now = "is not known" if known is None else f"is {_shown(known)}"
             why = f"{shown} {is_now} and has to be {_told(relation, wanted, other)}"
-            return about(ObstacleKind.CONDITION, robots, why, _value(facts), lasting)
+            away = prop == Property.LOCATED_AT and ontology.is_a(subject, Kind.ROBOT)  # it stands where it stands
+            return about(ObstacleKind.CONDITION, robots, why, None if away else _value(facts), lasting)
         case _:
             raise ValueError(f"no obstacle: {kind} {facts}")
 
@@ -135,7 +135,7 @@ def _obstacle(
 def _value(facts: list[Any]) -> Change | None:
     """The value that makes a condition hold; None where what it is compared with is not known either."""
     _, _, prop, subject, known, relation, wanted, other = facts
-    if wanted is None or (prop == Property.LOCATED_AT and relation != "equal"):
+    if wanted is None:
         return None
     now = "not known" if known is None else f"now {_shown(known)}"
     told = _told(relation, wanted, other)

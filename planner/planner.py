@@ -232,6 +232,20 @@ class Session:
         Raises:
             InvalidPlan: A plan found is none; our mistake.
         """
+        try:
+            yield from self._plans(travel_times, now_s, effort, stop, solver)
+        except PrologError as error:
+            if error.formal[0] != "resource_error":
+                raise
+            yield Making.unsupported(
+                f"{self._process} leaves too much open to be looked ahead ({error}): give it fewer alternatives, "
+                "or the composite processes in it a hasDurationModel",
+                now_s=now_s,
+            )
+
+    def _plans(
+        self, travel_times: TravelTimes, now_s: float, effort: float, stop: Callable[[], bool], solver: Solver
+    ) -> Iterator[Plan]:
         needed = _needed_travels(self._key)
         travel = travel_times(needed["robots"], needed["places"])
         _look_ahead(struct("ahead", self._key, round(now_s * MS_PER_S), travel_tables(travel)))
@@ -239,19 +253,6 @@ class Session:
         making = Making(
             self._key, now_s=now_s, steps=self._steps, checked=lambda plan: self._checked(plan, start, seconds)
         )
-        try:
-            yield from self._solved(making, travel, effort, stop, solver)
-        except PrologError as error:
-            if error.formal[0] != "resource_error":
-                raise
-            yield making.unsupported(
-                f"{self._process} leaves too much open to be looked ahead ({error}): give it fewer alternatives, "
-                "or the composite processes in it a hasDurationModel"
-            )
-
-    def _solved(
-        self, making: Making, travel: Travel, effort: float, stop: Callable[[], bool], solver: Solver
-    ) -> Iterator[Plan]:
         if solver is Solver.PROLOG:
             found = making.answered(_cover_plan(struct("cover", self._key, _INFERENCES)), "run tables in Prolog")
             yield making.searched() if found is None or not found.decided else found

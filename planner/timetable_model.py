@@ -190,14 +190,14 @@ class TimetableModel:
         return end
 
     def _add_span(self, part: Branch, within: _In) -> tuple[Variable, Variable, Variable | None]:
-        """A part from the start of its first step to its end, and whether there is a step; None: there never is."""
+        """From when to when a part has what it has, and whether it has a step at all; None: it never has."""
         start, since = self.vars.time(), len(self.tasks)
         self._model.add(start >= within.after)
         end = self._add(part, replace(within, after=start))
         inside = self.tasks[since:]
         if is_begun(part):
             self.vars.guess(start, lambda _: 0)
-            return start, end, within.present
+            return self.vars.begun, end, within.present
         self.vars.guess(start, lambda g: min((g[t.start] for t in inside if g[t.present]), default=g[within.after]))
         if any(task.present.index == within.present.index for task in inside):
             return start, end, within.present
@@ -221,7 +221,7 @@ class TimetableModel:
 
     def _add_underway(self, node: Underway, within: _In) -> Variable:
         self._model.add(within.after <= 0).only_enforce_if(within.present)
-        interval = self._model.new_fixed_size_interval_var(0, node.left_ms // self.vars.unit_ms, "")
+        interval = self._model.new_fixed_size_interval_var(-1, node.left_ms // self.vars.unit_ms + 1, "")
         for i, robot in enumerate(node.robots):
             self._begun.add(robot)
             self._free_ms[robot] = max(node.left_ms, self._free_ms.get(robot, 0))

@@ -152,7 +152,7 @@ def underway(branch: Branch) -> Iterator[Underway]:
 
 def grow(network: Network) -> Branch:
     """The network with its tasks."""
-    return _Growth(network).branch(network.root, {})
+    return _Growth(network).branch(network.root, {}, frozenset())
 
 
 def way_ms(travel: Travel, robot: str, start: str | None, goal: str, odds: float) -> int | None:
@@ -207,22 +207,25 @@ class _Growth:
         self.ends = frozenset(_ends(network.root))
         self.least_way: dict[tuple[str, str], int | None] = {}
 
-    def branch(self, node: Node, symbols: Symbols) -> Branch:
-        modes = _modes(node, self.network, symbols)
+    def branch(self, node: Node, symbols: Symbols, held: frozenset[str]) -> Branch:
+        """A part; robots that are `held` by what is around it are not held once more."""
+        modes = _modes(node, self.network, symbols, held)
         if modes is not None and len(modes) <= MAX_MODES:
             return Branch(node=node, modes=tuple(modes), least_ms=min(map(self._least, modes), default=NEVER))
         match node:
             case InSequence(parts=nodes) | AnyOrder(parts=nodes):
-                parts = tuple(self.branch(part, symbols) for part in nodes)
+                parts = tuple(self.branch(part, symbols, held) for part in nodes)
                 return Branch(node=node, parts=parts, least_ms=sum(part.least_ms for part in parts))
             case SideBySide(parts=nodes):
-                parts = tuple(self.branch(part, symbols) for part in nodes)
+                parts = tuple(self.branch(part, symbols, held) for part in nodes)
                 return Branch(node=node, parts=parts, least_ms=max((part.least_ms for part in parts), default=0))
             case Alternatives(id=choice, options=options):
-                parts = tuple(self.branch(o.node, _with(symbols, choice, o.labels)) for o in options)
+                parts = tuple(self.branch(o.node, _with(symbols, choice, o.labels), held) for o in options)
                 return Branch(node=node, parts=parts, least_ms=min((part.least_ms for part in parts), default=NEVER))
+            case Held(robot=robot, part=inner) if robot in held:
+                return self.branch(inner, symbols, held)
             case Held(part=inner) | Claimed(part=inner) | Deadline(part=inner):
-                part = self.branch(inner, symbols)
+                part = self.branch(inner, symbols, held | {node.robot} if isinstance(node, Held) else held)
                 return Branch(node=node, parts=(part,), least_ms=part.least_ms)
             case Underway(left_ms=left_ms):
                 return Branch(node=node, least_ms=left_ms)
@@ -262,8 +265,11 @@ def full(parts: Sequence[Node]) -> list[Node]:
     return [part for part in parts if not (isinstance(part, InSequence | SideBySide) and not full(part.parts))]
 
 
-def _modes(node: Node, network: Network, symbols: Symbols) -> list[Mode] | None:
+def _modes(node: Node, network: Network, symbols: Symbols, held: frozenset[str]) -> list[Mode] | None:
+    """All modes of a part that is one task, possibly none; None where it is not one task."""
     match node:
+        case Held(robot=robot, part=part) if robot in held:
+            return _modes(part, network, symbols, held)
         case Step() | Held():
             lines = _lines(node, network, symbols)
             holder = [node.robot] if isinstance(node, Held) else []
@@ -273,14 +279,14 @@ def _modes(node: Node, network: Network, symbols: Symbols) -> list[Mode] | None:
                 mode for line in lines for crew in _crews(line, holder, symbols) for mode in _mode(line, crew, network)
             ]
         case InSequence(parts=parts) | SideBySide(parts=parts) if len(full(parts)) == 1:
-            return _modes(full(parts)[0], network, symbols)
+            return _modes(full(parts)[0], network, symbols, held)
         case Claimed(claims=claims, part=part):
-            modes = _modes(part, network, symbols)
+            modes = _modes(part, network, symbols, held)
             return modes and [replace(m, uses=_merged(claims, len(m.pieces), m.uses)) for m in modes]
         case Alternatives(id=choice, options=options):
             found: list[Mode] = []
             for option in options:
-                inner = _modes(option.node, network, _with(symbols, choice, option.labels))
+                inner = _modes(option.node, network, _with(symbols, choice, option.labels), held)
                 if inner is None:
                     return None
                 found += (_chosen(mode, choice, option.labels) for mode in inner)

@@ -111,6 +111,7 @@ class Variables:
         self.horizon = horizon_ms // unit_ms
         self._guesses: dict[int, Guess] = {}
         self._guessed: dict[int, Variable] = {}  # constants that are equal are one variable
+        self.begun = self.constant(-1)  # what is under way began before everything else
         self.zero = self.constant(0)
         self.always = self.constant(1)
 
@@ -172,6 +173,6 @@ class Variables:
         return latest
 
     def interval(self, start: Variable, end: Variable, present: Variable) -> cp_model.IntervalVar:
-        size = self.time()
+        size = self.model.new_int_var(0, self.horizon + 1, "")
         self.guess(size, lambda g: g[end] - g[start])
         return self.model.new_optional_interval_var(start, size, end, present, "")

@@ -41,40 +41,50 @@ These are entries of planner/hypotheses.py (see kb/prolog.py).
 
 suppose(supposition(Session, New, Changes), _{}) :-
     kept(Session, P0, S0),
-    (   member(Change, Changes), of_facts(Change)
-    ->  revision(S0, Revision),
-        copied(Revision, New),
+    include(of_facts, Changes, Own),
+    (   Own == []
+    ->  S1 = S0
+    ;   revision(S0, Revision),
+        findall(Fact, moved(Revision, New, Fact), Facts0),
+        foldl(in_facts(New), Own, Facts0, Facts),
+        drop_facts(New, _),
+        load_facts(Facts, _),
         with_revision(S0, New, S1)
-    ;   S1 = S0
     ),
-    foldl(supposed, Changes, P0-S1, P-S),
+    foldl(in_session, Changes, P0-S1, P-S),
     keep(New, P, S).
 
 of_facts(kind(_, _)).
 of_facts(deadline(_, _, _)).
 
-copied(Revision, New) :-
-    drop_facts(New, _),
-    forall(( kb_facts:exported(Name/Arity), functor(Fact, Name, Arity), arg(1, Fact, Revision), kb_facts:Fact ),
-           ( Fact =.. [Name, _|Arguments], Copy =.. [Name, New|Arguments], assertz(kb_facts:Copy) )).
+%   A fact of Revision, as one of New.
+moved(Revision, New, Fact) :-
+    kb_facts:exported(Name/Arity),
+    functor(Known, Name, Arity),
+    arg(1, Known, Revision),
+    kb_facts:Known,
+    Known =.. [Name, _|Arguments],
+    Fact =.. [Name, New|Arguments].
 
-supposed(only(Id, Label), P-S0, P-S) :- set_data(only(Id), Label, S0, S).
-supposed(value(Property, X, Value), P-S0, P-S) :- set_data(Property-X, Value, S0, S).
-supposed(team(N), P-S0, P-S) :- with_limit(S0, N, S).
-supposed(kind(X, Class), P-S, P-S) :-
-    revision(S, Revision),
-    assertz(kb_facts:kind(Revision, X, Class)).
-supposed(deadline(Process, Old, New), P0-S, P-S) :-
-    revision(S, Revision),
-    extended(Old, New, P0, P),                      % what has begun already
-    findall(definition(Head, Frame, Body),
-            ( definition(Revision, Head, Frame, Body), functor(Head, Process, _) ),
-            Definitions),
-    forall(member(definition(Head, Frame, Body0), Definitions),
-           ( extended(Old, New, Body0, Body),
-             functor(Head, Process, Arity), functor(General, Process, Arity),
-             retractall(kb_facts:definition(Revision, General, _, _)),
-             assertz(kb_facts:definition(Revision, Head, Frame, Body)) )).
+in_facts(New, Change, Facts0, Facts) :-
+    (   Change = kind(X, Class)
+    ->  Facts = [kind(New, X, Class)|Facts0]
+    ;   Change = deadline(Process, Old, Later)
+    ->  maplist(in_definition(Process, Old, Later), Facts0, Facts)
+    ).
+
+in_definition(Process, Old, New, Fact0, Fact) :-
+    (   Fact0 = definition(R, Head, Frame, Body0), functor(Head, Process, _)
+    ->  extended(Old, New, Body0, Body),
+        Fact = definition(R, Head, Frame, Body)
+    ;   Fact = Fact0
+    ).
+
+in_session(only(Id, Label), P-S0, P-S) :- set_data(only(Id), Label, S0, S).
+in_session(value(Property, X, Value), P-S0, P-S) :- set_data(Property-X, Value, S0, S).
+in_session(team(N), P-S0, P-S) :- with_limit(S0, N, S).
+in_session(kind(_, _), P-S, P-S).
+in_session(deadline(_, Old, New), P0-S, P-S) :- extended(Old, New, P0, P). % what has begun already
 
 extended(_, _, Term, Term) :- \+ compound(Term), !.
 extended(Old, New, deadline(Old, P0), deadline(New, P)) :- !, extended(Old, New, P0, P).
@@ -94,8 +104,8 @@ extended(Old, New, Term0, Term) :- mapargs(extended(Old, New), Term0, Term).
 %     energies   [Robot, Energy, Power, Worked], in J, W and ms
 %     obstacles  see row/3
 
-prospects(prospects(Session, Below), _{choices: Choices, claims: Claims, deadlines: Deadlines, energies: Energies,
-                                       obstacles: Obstacles}) :-
+prospects(prospects(Session, Below),
+          _{choices: Choices, claims: Claims, deadlines: Deadlines, energies: Energies, obstacles: Obstacles}) :-
     ahead_of(Session, P, S),
     called(P, S, Names),
     ( Below == all -> Inside = true ; Inside = false ),

@@ -22,7 +22,7 @@ These are entries of planner/planner.py (see kb/prolog.py).
 :- use_module(library(apply)).
 :- use_module(library(pairs)).
 :- use_module(library(yall)).
-:- use_module(kb_rules(facts), [duration/3, kind/3]).
+:- use_module(kb_rules(facts), [duration/3, effect/4, kind/3]).
 :- use_module(kb_rules(capability), [missing/4]).
 :- use_module(planner_golog(actions)).
 :- use_module(planner_golog(cover)).
@@ -39,14 +39,16 @@ These are entries of planner/planner.py (see kb/prolog.py).
 %!  needed_travels(+Session, -Dict) is det.
 %
 %   The robots that may travel, the places they may travel to, and why robots are no use for some step.
+%
+%   @error resource_error(alternatives) the program leaves too much open
 
 needed_travels(Session, _{robots: Travelers, places: Places, excluded: Excluded}) :-
     kept(Session, P, S0),
     no_travel(Travel),
     with_mode(S0, plan(Travel), S),
-    calls(P, S, Heads),
+    within_reason(calls(P, S, Heads)),
     revision(S, Revision),
-    findall(To, ( member(Head, Heads), duration(Revision, Head, travel(_, To, _)), atom(To) ), Places0),
+    findall(Place, ( member(Head, Heads), duration(Revision, Head, travel(_, To, _)), goal(To, S, Place) ), Places0),
     sort(Places0, Places),
     findall(R, kind(Revision, R, 'Robot'), Robots0),
     sort(Robots0, Robots),
@@ -59,6 +61,19 @@ needed_travels(Session, _{robots: Travelers, places: Places, excluded: Excluded}
             Missing0),
     sort(Missing0, Missing),
     findall(_{process: Name, robot: R, capability: C}, member(x(Name, R, C), Missing), Excluded).
+
+%   A place, or the value that a property has or may be given.
+goal(Place, _, Place) :- atom(Place).
+goal(fluent(Property, Subject), S, Place) :-
+    (   fluent_value(Property, Subject, Place, S)
+    ;   revision(S, Revision), effect(Revision, _, fluent(Property, _), Place)
+    ),
+    atom(Place).
+
+%   What leaves a million ways open is not gone through one by one.
+within_reason(Goal) :-
+    call_with_inference_limit(Goal, 5_000_000, Result),
+    ( Result == inference_limit_exceeded -> throw(error(resource_error(alternatives), _)) ; true ).
 
 with_agent(Revision, Name) :-
     kb_facts:agent(Revision, Head, _), functor(Head, Name, _), !.
@@ -150,7 +165,7 @@ task_network(Session, Dict) :-
 network_of(Session, P, S, Network) :-
     (   kept_network(Session, Network)
     ->  true
-    ;   catch(network(P, S, Network), error(no_network(What), _), Network = unknown(What)),
+    ;   catch(within_reason(network(P, S, Network)), error(no_network(What), _), Network = unknown(What)),
         keep_network(Session, Network)
     ).
 

@@ -37,7 +37,9 @@ def test_the_vocabulary_page_is_current(golden: Golden) -> None:
     golden(REFERENCE / "vocabulary.md", vocabulary_page(SHIPPED / "core" / "core.owl"))
 
 
-@pytest.mark.parametrize("command", [[], ["run"], ["plan"], ["trace"], ["kb"], ["kb", "check"]], ids=" ".join)
+@pytest.mark.parametrize(
+    "command", [[], ["run"], ["plan"], ["explain"], ["trace"], ["kb"], ["kb", "check"]], ids=" ".join
+)
 def test_the_page_of_commands_has_the_help_of_each(
     command: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -57,7 +59,7 @@ def test_no_command_is_missing_from_the_page_of_commands(capsys: pytest.CaptureF
             main([*group, "--help"])
         names = re.findall(r"^    (\w+) ", capsys.readouterr().out, re.MULTILINE)
         found += [[*group, name] for name in names]
-    assert found == [["run"], ["plan"], ["trace"], ["kb"], ["kb", "check"]]
+    assert found == [["run"], ["plan"], ["explain"], ["trace"], ["kb"], ["kb", "check"]]
 
 
 def test_the_problem_codes_are_those_of_the_code() -> None:

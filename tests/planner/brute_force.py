@@ -179,7 +179,20 @@ Named: TypeAlias = tuple[Term, Callable[[str], Tree]]
 """A term, and the tree for the robot that is picked around it."""
 
 _LEAVES = ("Think", "Lift", "Mark", "Go", "Search", "Carry", "Pass", "Try", "Seek", "Cross", "Park", "Clean")
-_INNER = ("seq", "seq", "conc", "conc", "any_order", "any_order", "choice", "pick", "foreach", "gate", "deadline", "task")
+_INNER = (
+    "seq",
+    "seq",
+    "conc",
+    "conc",
+    "any_order",
+    "any_order",
+    "choice",
+    "pick",
+    "foreach",
+    "gate",
+    "deadline",
+    "task",
+)
 
 
 @dataclass(slots=True)

@@ -201,7 +201,9 @@ class RandomNetwork:
         here = {name: rng.integers(0, 30, size=n) for name in self._robots}
         limits = {name: int(rng.integers(20, 90)) if rng.random() < 0.2 else None for name in self._robots}
         return Network(
-            root=SideBySide(parts=tuple(parts)) if rng.random() < 0.8 else InSequence(parts=tuple(parts)),
+            root=SideBySide(parts=tuple(parts))
+            if self._begun or rng.random() < 0.8
+            else InSequence(parts=tuple(parts)),
             robots={
                 name: Robot(name=name, at="a" if rng.random() < 0.2 else None, work_ms=limits[name])
                 for name in self._robots
@@ -230,7 +232,7 @@ class RandomNetwork:
             claims=("door",) if robot == "r0" and self._rng.random() < 0.5 else (),
         )
         parts = InSequence(parts=(left, rest))
-        if self._rng.random() < 0.3:
+        if robot == "r1" and self._rng.random() < 0.5:
             begun = Underway(id=self._next("u"), robots=(), left_ms=0)
             return Claimed(id=self._next("k"), claims=("gate",), part=InSequence(parts=(begun, rest)))
         return Held(id=self._next("h"), robot=robot, part=parts) if self._rng.random() < 0.5 else parts
@@ -281,9 +283,10 @@ class RandomNetwork:
 
     def _step(self, around: tuple[str, ...]) -> Step:
         rng = self._rng
-        who = [*around, *around, *self._robots]
+        symbols = any(robot.startswith("?") for robot in self._held)
+        who = list(around) if symbols else [*around, *around, *self._robots]
         robots: tuple[str, ...] = (str(rng.choice(who)),)
-        if rng.random() < 0.15:
+        if rng.random() < 0.15 and not symbols:
             robots = tuple(dict.fromkeys((*robots, str(rng.choice(self._robots)))))
         if rng.random() < 0.1:
             robots = ()

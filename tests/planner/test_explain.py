@@ -13,7 +13,7 @@ import pytest
 from kb.compiler import Compiler, Program
 from kb.prolog import Entry, PrologError
 from kb.store import Snapshot
-from kb.terms import Term, Var, struct
+from kb.terms import Term, Var, render, struct
 from planner.answers import Help, Remedy, as_data
 from planner.explain import Explainer, NoSuchChoice
 from planner.explaining_starts import Cause
@@ -23,9 +23,11 @@ from planner.plan import Plan, PlanStatus
 from planner.planner import Session, Started
 from tests.planner.conftest import Times, travel_of
 from tests.planner.yard import TIMES, Yard, call, yard
+from tests.planner.yard_programs import random_job
 
 FRAME, ROBOT = Var("Frame"), Var("Robot")
 _REVISION = -7
+_LOOPS = ("star(", "while(", "until(", "interrupt(")
 
 _load_facts = Entry(search_path="kb_rules", file="facts", name="load_facts")
 _drop_facts = Entry(search_path="kb_rules", file="facts", name="drop_facts")
@@ -44,20 +46,8 @@ class OneProgram(Compiler):
 
 
 @contextmanager
-def asked(
-    base: Snapshot,
-    body: Term,
-    *,
-    robots: int = 3,
-    prepare: Callable[[Yard], None] = lambda made: None,
-    times: Times = TIMES,
-) -> Iterator[tuple[Session, Explainer]]:
-    """A session of a request in a yard, and who explains it; afterwards nothing of it is left."""
-    made = yard(base)
-    weight, payload = struct("value", "weight", Var("box")), struct("value", "payload", Var("robot"))
-    made.process("Haul", "robot", "box", duration_s=4.0, needs=[struct("compare", "at_least", payload, weight)])
-    prepare(made)
-    made.process("Main", body=body)
+def asked_in(made: Yard, *, robots: int, times: Times) -> Iterator[tuple[Session, Explainer]]:
+    """A session of a yard's request, and who explains it; afterwards nothing of it is left."""
     snapshot = replace(made.snapshot(), revision=_REVISION, compiler=OneProgram(made))
     _load_facts(made.facts(_REVISION))
     session = Session("task", snapshot, "Main", {}, robots=robots)
@@ -66,6 +56,25 @@ def asked(
     finally:
         session.close()
         _drop_facts(_REVISION)
+
+
+@contextmanager
+def asked(
+    base: Snapshot,
+    body: Term,
+    *,
+    robots: int = 3,
+    prepare: Callable[[Yard], None] = lambda made: None,
+    times: Times = TIMES,
+) -> Iterator[tuple[Session, Explainer]]:
+    """The same for a request that is written in the test."""
+    made = yard(base)
+    weight, payload = struct("value", "weight", Var("box")), struct("value", "payload", Var("robot"))
+    made.process("Haul", "robot", "box", duration_s=4.0, needs=[struct("compare", "at_least", payload, weight)])
+    prepare(made)
+    made.process("Main", body=body)
+    with asked_in(made, robots=robots, times=times) as both:
+        yield both
 
 
 def planned(session: Session, times: Times = TIMES) -> Plan:
@@ -454,3 +463,29 @@ def test_a_request_that_is_under_way(tue_lab: Snapshot) -> None:
     assert (work.cause, work.waits_for) == (Cause.PROGRAM, (lift.step,))
     [last] = explained.choices
     assert {a.label: a.makespan_s for a in last.alternatives} == {"bob": 2.5, "cat": 2.5}
+
+
+def test_no_other_choice_beats_an_optimal_plan(tue_lab: Snapshot) -> None:
+    """Over random programs; and whatever starts late waits for something that ends then."""
+    alternatives = starts = 0
+    for seed in range(200):
+        job = random_job(tue_lab, seed)
+        if any(word in render(job.yard.definitions[-1]) for word in _LOOPS):
+            continue  # their alternatives take the exact search long
+        with asked_in(job.yard, robots=job.robots, times=job.times) as (session, _):
+            plan = planned(session, job.times)
+            explained = Explainer(session, travel_of(job.times), now_s=0.0, most_plans=6).why(plan)
+        if not plan.solved:
+            continue
+        assert plan.status is PlanStatus.SOLVED_OPTIMALLY
+        bests = [a.makespan_s for c in explained.choices for a in c.alternatives if a.makespan_s is not None]
+        assert all(s >= plan.makespan_s for s in bests), f"seed {seed}"
+        late = [s for s in explained.starts if s.cause is not Cause.BEGINNING]
+        ends = {s.step: s.end_s for s in explained.starts}
+        assert all(
+            s.waits_for and {round(1000 * ends[w]) for w in s.waits_for} == {round(1000 * s.start_s)} for s in late
+        ), f"seed {seed}"
+        assert explained.critical or not explained.starts
+        alternatives, starts = alternatives + len(bests), starts + len(late)
+    assert alternatives > 10
+    assert starts > 20

@@ -13,7 +13,7 @@ from kb.terms import struct
 from tests.planner.brute_force import World, least, random_case, travel_tables
 from tests.planner.yard import Job
 
-_CASES = 300
+_CASES = 150
 _REVISION = -1
 
 _load_facts = Entry(search_path="kb_rules", file="facts", name="load_facts")

@@ -1,0 +1,281 @@
+"""The world changes while a plan is carried out: what is left is optimized again ([RoboEarth] 3.3.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+import pytest
+
+from kb.store import Snapshot
+from planner.plan import Plan, PlanStatus
+from planner.planner import Abandoned, Begun, Ended, Progress, Session, Solver, Started
+from tests.planner.conftest import Times, random_times, travel_of
+from tests.planner.test_planner import LAB_PLACES, NAVIGATE_S, PLACES, ROBOTS, SEARCH_S, TIMES, Driver
+
+_CASES = 100
+_LOOK_S = NAVIGATE_S + SEARCH_S
+"""A search takes this besides the travel."""
+_STEPS_S = {"LocMap": 0.001, "Laser": 0.008, "Pose": 0.010, "Kinect": 0.080, "Detection": 0.050}
+"""What a robot does once it is there, in order."""
+
+
+class Observer(Driver):
+    """Carries out what starts, and tells what else happens."""
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        self.began_s: dict[str, float] = {}
+
+    def take(self, progress: Progress) -> None:
+        """Note when it has started, too."""
+        super().take(progress)
+        self.began_s |= {e.action.id: self.now_s for e in progress.events if isinstance(e, Started)}
+
+    def left_s(self, robot: str) -> float:
+        """How long a robot that is where it searches takes to the end of its search."""
+        action = next(a for a in self.running if a.robot == robot)
+        names = list(_STEPS_S)
+        later = sum(_STEPS_S[name] for name in names[names.index(action.process) + 1 :])
+        return max(0.0, self.began_s[action.id] + _STEPS_S[action.process] - self.now_s) + later
+
+    def observe(self, prop: str, subject: str, value: str | bool) -> Progress:
+        """A change that no action of ours made; what is abandoned is stopped."""
+        self.now_s += 0.01
+        progress = self.session.observed(prop, subject, value, now_s=self.now_s)
+        stopped = [event.action for event in progress.events if isinstance(event, Abandoned)]
+        self.running = [action for action in self.running if action not in stopped]
+        self.take(progress)
+        return progress
+
+    def plan(self, times: Times, solver: Solver = Solver.OPTIMIZER) -> Plan:
+        """The best plan for what is left, from now on."""
+        *_, last = self.session.plans(travel_of(times), now_s=self.now_s, solver=solver)
+        return last
+
+    def go_on(self, times: Times) -> Plan:
+        """Plan what is left, and begin with it."""
+        plan = self.plan(times)
+        self.next_actions()
+        return plan
+
+
+@pytest.fixture
+def observer(tue_lab: Snapshot) -> Iterator[Observer]:
+    """FindEmptyDrink with both robots, each of which has begun with the drink that it is near."""
+    session = Session("task", tue_lab, "FindEmptyDrink", {"room": "tue_lab"}, robots=2)
+    made = Observer(session)
+    assert finders(made.go_on(TIMES)) == {"drink_1": "amigo_1", "drink_2": "pico_1"}
+    made.succeed()
+    yield made
+    session.close()
+
+
+def finders(plan: Plan) -> dict[str, str]:
+    """Who is to look for which drink."""
+    searches = [s.action for s in plan.steps if s.action.process in ("SearchDrink", "Detection")]
+    return {str(a.argument("drink")): str(a.robot) for a in searches}
+
+
+def kinds(progress: Progress, kind: type) -> list[tuple[str | None, str]]:
+    """Robots and processes of the actions of which the events of this kind tell."""
+    return [(e.action.robot, e.action.process) for e in progress.events if isinstance(e, kind)]
+
+
+def to_the_bar(amigo_s: float, pico_s: float) -> Times:
+    """The robots near their drinks, so long from the bar each, and pico from the dining table as well."""
+    return {
+        **TIMES,
+        ("amigo_1", "here", "at_bar"): amigo_s,
+        ("pico_1", "here", "at_bar"): 60.0,
+        **{("amigo_1", place, "at_bar"): amigo_s for place in PLACES},
+        **{("pico_1", place, "at_bar"): pico_s for place in PLACES},
+    }
+
+
+def test_a_drink_that_is_moved_goes_to_the_other_robot_if_that_is_faster(observer: Observer) -> None:
+    """Its search is abandoned and begun anew; what the other one is at goes on."""
+    busy = [a for a in observer.running if a.robot == "pico_1"]
+    progress = observer.observe("locatedAt", "drink_1", "at_bar")
+    assert progress.replan
+    assert [robot for robot, _ in kinds(progress, Abandoned)] == ["amigo_1"]
+    assert observer.running == busy, "until there is a plan nothing is chosen; what runs goes on"
+    plan = observer.go_on(to_the_bar(40.0, 5.0))
+    assert plan.status is PlanStatus.SOLVED_OPTIMALLY
+    assert finders(plan) == {"drink_1": "pico_1", "drink_2": "pico_1"}
+    assert plan.makespan_s == pytest.approx(6.0 + 5.0 + 2 * _LOOK_S)
+    observer.run()
+    assert observer.done
+    found = [a for a in observer.started if a.process == "Detection"]
+    assert [(a.robot, a.argument("drink")) for a in found] == [("pico_1", "drink_2"), ("pico_1", "drink_1")]
+
+
+def test_it_stays_with_its_robot_if_that_is_faster(observer: Observer) -> None:
+    """The robot goes to the new place instead."""
+    observer.observe("locatedAt", "drink_1", "at_bar")
+    plan = observer.go_on(to_the_bar(5.0, 40.0))
+    assert finders(plan) == {"drink_1": "amigo_1", "drink_2": "pico_1"}
+    observer.run()
+    assert observer.done
+    paths = [a.argument("location") for a in observer.started if a.process == "Path" and a.robot == "amigo_1"]
+    assert paths[-1] == "at_bar"
+
+
+def test_a_move_that_changes_no_times_changes_no_plan(larger_lab: Callable[[int, int], Snapshot]) -> None:
+    """As good for either robot, the drink stays with the one that it was planned for, whoever that is."""
+    lab = larger_lab(2, 3)
+    for first in ROBOTS:
+        second = next(r for r in ROBOTS if r != first)
+        session = Session("tie", lab, "FindEmptyDrink", {"room": "tue_lab"}, robots=2)
+        driver = Observer(session)
+        third = str(lab.value("locatedAt", "drink_3"))
+        elsewhere = next(p for p in LAB_PLACES if p not in (*PLACES, third))
+        times = {
+            **{(r, "here", p): 4.0 if p in PLACES else 60.0 for r in ROBOTS for p in LAB_PLACES},
+            **{(r, p, q): 12.0 for r in ROBOTS for p in LAB_PLACES for q in LAB_PLACES},
+        }
+        planned = finders(driver.go_on({**times, **{(second, p, third): 20.0 for p in PLACES}}))
+        assert planned["drink_3"] == first
+        driver.observe("locatedAt", "drink_3", elsewhere)
+        assert finders(driver.go_on(times)) == planned
+        session.close()
+
+
+def test_a_drink_that_is_gone_is_looked_for_no_more(observer: Observer) -> None:
+    """Nor is it planned for; the rest is done."""
+    progress = observer.observe("locatedAt", "drink_2", "amigo_1")
+    assert [robot for robot, _ in kinds(progress, Abandoned)] == ["pico_1"]
+    plan = observer.go_on(TIMES)
+    assert set(finders(plan)) == {"drink_1"}
+    observer.run()
+    assert observer.done
+    assert [a.argument("drink") for a in observer.started if a.process == "Detection"] == ["drink_1"]
+
+
+def test_a_drink_that_is_put_down_is_looked_for_too(observer: Observer) -> None:
+    """By the robot that is there first, with what the robots do already going on."""
+    observer.observe("locatedAt", "drink_2", "amigo_1")
+    observer.go_on(TIMES)
+    progress = observer.observe("locatedAt", "drink_2", "at_dining_table")
+    assert progress.replan
+    assert kinds(progress, Abandoned) == []
+    plan = observer.go_on(TIMES)
+    assert finders(plan) == {"drink_1": "amigo_1", "drink_2": "pico_1"}
+    observer.run()
+    assert observer.done
+
+
+def test_a_drink_that_moves_after_it_was_found_is_looked_for_again(observer: Observer) -> None:
+    """At its new place."""
+    observer.run_until(lambda a: a.process == "Detection" and a.argument("drink") == "drink_1")
+    observer.succeed()
+    observer.observe("locatedAt", "drink_1", "at_bar")
+    observer.go_on(to_the_bar(5.0, 40.0))
+    observer.run()
+    assert observer.done
+    assert [a.argument("drink") for a in observer.started if a.process == "Detection"].count("drink_1") == 2
+
+
+def test_what_nobody_asks_for_changes_nothing(observer: Observer) -> None:
+    """A change of something else, or of a drink to where it is anyway, is no reason to plan again."""
+    before = list(observer.running)
+    for subject, value in (("bottle_opener", "at_bar"), ("drink_1", "at_coffee_table")):
+        assert not observer.observe("locatedAt", subject, value).replan
+    assert observer.running == before
+    observer.run()
+    assert observer.done
+
+
+# ----------------------------------------------------------------------------------- against planning afresh
+
+
+@dataclass(slots=True)
+class Left:
+    """What is left to do.
+
+    Attributes:
+        at: Where drinks are.
+        free_s: When each robot may begin with another search, from now; by robots that have begun.
+        from_: Where it will be then; "here" if it is there already.
+        to_find: The drinks that nobody has begun to look for.
+    """
+
+    at: Mapping[str, str]
+    free_s: dict[str, float] = field(default_factory=dict)
+    from_: dict[str, str] = field(default_factory=dict)
+    to_find: set[str] = field(default_factory=set)
+
+    def least_s(self, robots: Sequence[str], times: Times) -> float:
+        """The least time for it, of all assignments and orders."""
+        return min(self._makespans(sorted(self.to_find), robots, times, self.free_s, self.from_))
+
+    def _makespans(
+        self, drinks: list[str], robots: Sequence[str], times: Times, free_s: Mapping[str, float], at: Mapping[str, str]
+    ) -> Iterator[float]:
+        if not drinks:
+            yield max(free_s.values(), default=0.0)
+        for drink, robot in product(drinks, robots):
+            end_s = free_s.get(robot, 0.0) + times[robot, at.get(robot, "here"), self.at[drink]] + _LOOK_S
+            others = [d for d in drinks if d != drink]
+            yield from self._makespans(others, robots, times, {**free_s, robot: end_s}, {**at, robot: self.at[drink]})
+
+
+def left(driver: Observer, at: Mapping[str, str], moved: str, times: Times) -> Left:
+    """What is left after a drink has moved, as the events tell it."""
+    searching: dict[str, str] = {}
+    open_, there = Left(at, to_find=set(at)), set[str]()
+    for event in driver.events:
+        match event:
+            case Begun(action=action) if action.process == "SearchDrink":
+                searching[str(action.robot)] = str(action.argument("drink"))
+                open_.to_find.discard(str(action.argument("drink")))
+                there.discard(str(action.robot))
+            case Ended(action=action) if action.process == "Navigate":
+                there.add(str(action.robot))
+            case Ended(action=action) if action.process == "SearchDrink":
+                del searching[str(action.robot)]
+    open_.to_find.add(moved)
+    for robot, drink in searching.items():
+        if robot in there and drink != moved:
+            open_.free_s[robot] = driver.left_s(robot)
+        elif drink != moved:  # it takes as long as from where it is
+            open_.free_s[robot] = times[robot, "here", at[drink]] + _LOOK_S
+            open_.from_[robot] = at[drink]
+    return open_
+
+
+def test_what_is_left_is_planned_as_well_as_afresh(larger_lab: Callable[[int, int], Snapshot]) -> None:
+    """Random moves at random times, two or three robots, up to five drinks: the least makespan, by all means of planning."""
+    rng, reassigned, kept = np.random.default_rng(11), 0, 0
+    for number in range(_CASES):
+        lab = larger_lab(2 + number % 2, 3 + number % 3)
+        robots = [str(r) for r in lab.ontology.individuals("Robot")]
+        at = {str(d): str(lab.value("locatedAt", d)) for d in lab.ontology.individuals("Drink")}
+        session = Session("random", lab, "FindEmptyDrink", {"room": "tue_lab"}, robots=len(robots))
+        driver = Observer(session)
+        before = finders(driver.go_on(random_times(rng, robots, LAB_PLACES, 1.0)))
+        for _ in range(int(rng.integers(0, 120))):
+            if driver.running:
+                driver.succeed()
+        if driver.done:
+            session.close()
+            continue
+        moved = str(rng.choice(sorted(at)))
+        at[moved] = str(rng.choice([p for p in LAB_PLACES if p != at[moved]]))
+        driver.observe("locatedAt", moved, at[moved])
+        times = random_times(rng, robots, LAB_PLACES, 1.0)
+        least_s = left(driver, at, moved, times).least_s(robots, times)
+        plan = driver.plan(times)
+        for made in (plan, driver.plan(times, Solver.PROLOG)):
+            assert made.status is PlanStatus.SOLVED_OPTIMALLY, number
+            assert made.makespan_s == pytest.approx(least_s, abs=1e-6), number
+        reassigned += any(before.get(d) != r for d, r in finders(plan).items())
+        kept += all(before.get(d) == r for d, r in finders(plan).items())
+        driver.next_actions()
+        driver.run()
+        assert driver.done, number
+        session.close()
+    assert reassigned > _CASES // 5
+    assert kept > 0
