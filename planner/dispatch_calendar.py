@@ -46,7 +46,7 @@ class Calendar:
         network: Of which it is a plan.
         ways: Its travel times.
         free_ms: By robot, when it has done all that it is to do so far.
-        place: By robot, where it is then.
+        at: By robot, where it is then.
         work_ms: By robot, how long it has worked.
         team: Robots that take part.
         used: By resource, when it is in use.
@@ -59,7 +59,7 @@ class Calendar:
     network: Network
     ways: Ways
     free_ms: dict[str, int]
-    place: dict[str, str | None]
+    at: dict[str, str | None]
     work_ms: dict[str, int]
     team: set[str]
     used: dict[str, list[tuple[int, int]]]
@@ -74,7 +74,7 @@ class Calendar:
             network=self.network,
             ways=self.ways,
             free_ms=dict(self.free_ms),
-            place=dict(self.place),
+            at=dict(self.at),
             work_ms=dict(self.work_ms),
             team=set(self.team),
             used={resource: list(times) for resource, times in self.used.items()},
@@ -96,7 +96,7 @@ class Calendar:
         way = 0
         if mode.goal is not None:
             robot = mode.robots[0]
-            known = self.ways.ms(robot, self.place[robot], mode.goal, mode.odds)
+            known = self.ways.ms(robot, self.at[robot], mode.goal, mode.odds)
             if known is None:
                 return None
             way = known
@@ -158,7 +158,7 @@ class Calendar:
                 self.work_ms[robot] += end - start
         for robot, place in zip(mode.robots, mode.ends, strict=True):
             self.free_ms[robot] = placed.end
-            self.place[robot] = place if place is not None else self.place[robot]
+            self.at[robot] = place if place is not None else self.at[robot]
             self.changed[robot] = len(self.steps)
         if not self.team >= mode.workers:
             self.team |= mode.workers
@@ -180,7 +180,7 @@ def begin(network: Network, root: Branch, ways: Ways) -> Calendar:
         network=network,
         ways=ways,
         free_ms=dict.fromkeys(network.robots, 0),
-        place={name: robot.at for name, robot in network.robots.items()},
+        at={name: robot.at for name, robot in network.robots.items()},
         work_ms=dict.fromkeys(network.robots, 0),
         team=set(),
         used={},
@@ -190,7 +190,7 @@ def begin(network: Network, root: Branch, ways: Ways) -> Calendar:
             calendar.team.add(robot)
             calendar.free_ms[robot] = max(calendar.free_ms.get(robot, 0), node.left_ms)
             if node.ends and node.ends[i] is not None:
-                calendar.place[robot] = node.ends[i]
+                calendar.at[robot] = node.ends[i]
         for claim in node.claims:
             calendar.used.setdefault(claim, []).append((0, node.left_ms))
     _keep(root, calendar, frozenset())

@@ -26,6 +26,7 @@ from planner.network import (
     Travel,
     Underway,
 )
+from tests.planner.all_schedules import ways
 
 UNIT_MS = 100
 LOOK_MS = 1000
@@ -36,6 +37,7 @@ TABLE = "table"
 _PASSAGE = 10
 _TO_TABLE = 40
 _ARMS_SEED = 7
+MOST_SCHEDULES = 40_000
 
 
 def anyone(choice: str, robots: Sequence[str], node: Node) -> Node:
@@ -302,3 +304,50 @@ class RandomNetwork:
             ends=ends,
             claims=self._claims(0.5),
         )
+
+
+def line_network(*parts: Node) -> Network:
+    """Parts side by side, for robots r0 at p0 and r1 at p9 of places p0 ... p9, 10 ms apart, and `nowhere`.
+
+    One at a time may use any resource, two at a time `hall`.
+    """
+    places = (*(f"p{i}" for i in range(10)), "nowhere")
+    n = len(places)
+    between = 10 * np.abs(np.arange(n)[:, None] - np.arange(n)[None])
+    between[-1, :-1] = between[:-1, -1] = NO_WAY
+    return Network(
+        root=SideBySide(parts=parts),
+        robots={"r0": Robot(name="r0"), "r1": Robot(name="r1")},
+        team=2,
+        travel=Travel(
+            places=places,
+            profile={"r0": 0, "r1": 0},
+            between=(between,),
+            here={"r0": between[0], "r1": between[9]},
+        ),
+        capacity={"hall": 2},
+        exact=True,
+    )
+
+
+def is_small(network: Network) -> bool:
+    """Whether brute force takes well below a second."""
+    count, steps = 0, 0
+    for _, node in ways(network.root):
+        count, steps = count + 1, max(steps, size(node))
+        if count * math.factorial(steps) > MOST_SCHEDULES:
+            return False
+    return True
+
+
+def size(node: Node) -> int:
+    """How many steps a part without choices has."""
+    match node:
+        case Step() | Underway():
+            return 1
+        case InSequence(parts=parts) | SideBySide(parts=parts) | AnyOrder(parts=parts):
+            return sum(map(size, parts))
+        case Held(part=part) | Claimed(part=part) | Deadline(part=part):
+            return size(part)
+        case Alternatives():
+            raise ValueError("a choice remains")

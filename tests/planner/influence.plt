@@ -55,9 +55,11 @@ test('does not: steps of robots, which are seen to when the robot is free', fail
 test('does not: a condition that nothing changes', fail) :- full(b1, C), work(W), looking(S), waits(if(C, W, []), S).
 
 test('robots are alike that no class which is asked for tells apart', Gs-Hs == [[r1, r2, r3]]-[[r1, r2], [r3]]) :-
-    work(W), looking(S), called(W, S, Names), alike(W, Names, S, Gs), alike(pick(f, p, _, 'Lifter', W), Names, S, Hs).
+    work(W), looking(S), called(W, S, Names), alike(W, Names, S, Gs), alike(pick(f, p, R, 'Lifter', call(f, w, 'Work'(R))), Names, S, Hs).
+test('one that is named where a robot is picked is like no other', Gs == [[r1], [r2, r3]]) :-
+    work(W), looking(S), P = pick(f, p, _, 'Robot', W), called(P, S, Names), alike(P, Names, S, Gs).
 test('and no condition', Gs == [[r1, r3], [r2]]) :-
-    work(W), looking(S), P = pick(f, p, R, 'Robot', if(holds(color, R, red), W, [])), called(P, S, Names), alike(P, Names, S, Gs).
+    looking(S), P = pick(f, p, R, 'Robot', if(holds(color, R, red), call(f, w, 'Work'(R)), [])), called(P, S, Names), alike(P, Names, S, Gs).
 test('individuals that are in one group stay together', Grouped == [[r1, r2], [b1]]) :- grouped([b1, r1, r2], [[r1, r2], [r3]], Grouped).
 
 :- end_tests(influence).
