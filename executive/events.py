@@ -85,10 +85,15 @@ class PlanWasMade:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActionsAreReady:
-    """The planner says what may start now."""
+    """The planner says what may start now.
+
+    Attributes:
+        change: The change that it was told of, if that is why it says so.
+    """
 
     task: str
     progress: Progress
+    change: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,6 +126,15 @@ class FailureWasReported:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FactWasTold:
+    """A person tells of a change in the world that no action has made."""
+
+    prop: str
+    subject: str
+    value: str | int | float | bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CancelRequested:
     """A person wants a task to end."""
 
@@ -136,6 +150,7 @@ Event: TypeAlias = (
     | ActionsAreReady
     | OutcomeArrived
     | FailureWasReported
+    | FactWasTold
     | CancelRequested
 )
 
@@ -198,8 +213,16 @@ class ReportOutcome:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ReportChange:
+    """Tell the planner of a change that no action has made: ActionsAreReady follows, if the task has a program yet."""
+
+    task: str
+    change: FactWasTold
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Tell:
-    """Tell the knowledge base a fact."""
+    """Tell the knowledge base a fact; `task` is empty if a person tells it."""
 
     task: str
     prop: str
@@ -232,6 +255,7 @@ Command: TypeAlias = (
     | AskActions
     | StartAction
     | ReportOutcome
+    | ReportChange
     | Tell
     | Record
     | FinishTask

@@ -18,7 +18,7 @@ from typing import Self
 from executive import events
 from executive.errors import BadRequest
 from executive.goals import check_goal, recipe_file, store_recipe
-from executive.request import TaskRequest, check_request
+from executive.request import TaskRequest, check_fact, check_request
 from executive.shell import TaskResult
 from executive.trace import TraceEvent
 from executive.wiring import Parts, open_simulated
@@ -124,6 +124,24 @@ class Fleet:
             BadRequest: Something about the request is wrong, or the fleet is closed; nothing was done.
         """
         return self._file(process, self._checked(process, arguments, robots))
+
+    def tell(self, prop: str, subject: str, value: str | float | bool) -> None:
+        """Tell of a change in the world that no robot has made: a drink stands somewhere else, a door is shut.
+
+        What is under way is planned anew if the plan was made for something else.
+
+        Args:
+            prop: A property that changes, such as `locatedAt`.
+            subject: The individual whose property it is.
+            value: What it is now: an individual, a number, or a truth value.
+
+        Raises:
+            BadRequest: Something about it is not known, or the fleet is closed; nothing was done.
+        """
+        if not self._is_open:
+            raise BadRequest(prop, f"{prop} cannot be told: this fleet is closed; open another")
+        check_fact(prop, subject, value, self._parts.knowledge.snapshot())
+        self._parts.shell.post(events.FactWasTold(prop=prop, subject=subject, value=value))
 
     def _file(self, kind: str, request: TaskRequest) -> TaskHandle:
         count = self._counts.get(kind, 0) + 1

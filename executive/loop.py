@@ -30,6 +30,7 @@ from executive.events import (
     Command,
     CompileProgram,
     Event,
+    FactWasTold,
     FailureWasReported,
     FinishTask,
     GoalWasSolved,
@@ -40,6 +41,7 @@ from executive.events import (
     ProgramWasCompiled,
     ReadKnowledge,
     Record,
+    ReportChange,
     ReportOutcome,
     Requested,
     SolveGoal,
@@ -109,10 +111,10 @@ def step(state: State, event: Event, now_s: float) -> Step:
         case Requested():
             return _accept(state, event, now_s)
         case KnowledgeWasRead(task=task):
-            told = trace.KnowledgeRead(t_s=now_s, task=task, facts_told=event.facts_told)
+            read = trace.KnowledgeRead(t_s=now_s, task=task, facts_told=event.facts_told)
             has_goal = task in state.tasks and state.tasks[task].request.goal is not None
             following = SolveGoal(task=task) if has_goal else CompileProgram(task=task)
-            return _if_alive(state, task, [Record(event=told), following])
+            return _if_alive(state, task, [Record(event=read), following])
         case GoalWasSolved():
             return _take_goal(state, event, now_s)
         case ProgramWasCompiled(task=task):
@@ -126,6 +128,10 @@ def step(state: State, event: Event, now_s: float) -> Step:
             return _take_outcome(state, event, now_s)
         case FailureWasReported():
             return _recover(state, event, now_s)
+        case FactWasTold():
+            told = Tell(task="", prop=event.prop, subject=event.subject, value=event.value)
+            underway = [t.name for t in state.tasks.values() if t.status is TaskStatus.UNDERWAY]
+            return state, [told, *(ReportChange(task=name, change=event) for name in underway)]
         case CancelRequested(task=task):
             return _finish(state, task, TaskStatus.CANCELED, "canceled by request", now_s)
         case _:
@@ -212,6 +218,8 @@ def _take_plan(state: State, event: PlanWasMade, now_s: float) -> Step:
         )
         planned = replace(task, limits_s=event.limits_s)
         return _with_task(state, planned), [Record(event=made), AskActions(task=task.name)]
+    if task.awaited_plans > 0:  # something has happened since: the plan for that is still to come
+        return _with_task(state, task), []
     reason = "; ".join([*([task.trouble] if task.trouble else []), plan.reason, *event.lacking])
     failed = trace.PlanFailed(t_s=now_s, task=task.name, status=plan.status, reason=reason)
     status = TaskStatus.FAILED if task.trouble else TaskStatus.REFUSED
@@ -231,9 +239,9 @@ def _start_actions(state: State, event: ActionsAreReady, now_s: float) -> Step:
         return state, commands + ending
     task = state.tasks[event.task]
     if event.progress.replan:
-        anew = trace.Replanned(
-            t_s=now_s, task=task.name, reason="the plan waited for what is known now, or was made before it changed"
-        )
+        waited = "the plan waited for what is known now, or was made before it changed"
+        reason = f"{event.change}, for which the plan was not made" if event.change else waited
+        anew = trace.Replanned(t_s=now_s, task=task.name, reason=reason)
         state = _with_task(state, replace(task, awaited_plans=task.awaited_plans + 1))
         return state, [*commands, Record(event=anew), MakePlan(task=task.name)]
     if event.progress.running == 0 and task.awaited_plans == 0:

@@ -9,7 +9,7 @@ from pathlib import Path
 from executive.errors import BadTrace
 from executive.events import TaskStatus
 from executive.fleet import Fleet, TaskHandle
-from executive.trace import FleetOpened, TaskAccepted, TaskStatusChanged, TraceEvent, to_json
+from executive.trace import FactsTold, FleetOpened, TaskAccepted, TaskStatusChanged, TraceEvent, to_json
 
 
 def scenario_of(named: str) -> str | Path:
@@ -18,7 +18,7 @@ def scenario_of(named: str) -> str | Path:
 
 
 def first_difference(events: Sequence[TraceEvent], knowledge: Path) -> str:
-    """Open the same fleet, file and cancel the same tasks at the same times, and compare event by event.
+    """Open the same fleet, do what people did at the same times (file, cancel, tell), and compare event by event.
 
     Args:
         events: A trace; if it ends before its tasks did, so does the comparison.
@@ -35,10 +35,13 @@ def first_difference(events: Sequence[TraceEvent], knowledge: Path) -> str:
         raise BadTrace("trace", 1, "does not begin with fleet_opened, so it is not known what to do again")
     with Fleet.open(opened.site, scenario=scenario_of(opened.scenario), knowledge=knowledge, seed=opened.seed) as fleet:
         tasks: dict[str, TaskHandle] = {}
+        for event in filter(_is_of_a_person, events):
+            fleet.parts.clock.call_at(max(event.t_s, 0.0), _look_up)
         for number, event in enumerate(events):
+            if _is_of_a_person(event):
+                _go_on(fleet, number, event.t_s)
             match event:
                 case TaskAccepted():
-                    _go_on(fleet, number, event.t_s)
                     if "robots" in event.arguments:
                         raise BadTrace("trace", 0, f"{event.task} has an argument 'robots', which no task has")
                     tasks[event.task] = (
@@ -49,8 +52,9 @@ def first_difference(events: Sequence[TraceEvent], knowledge: Path) -> str:
                 case TaskStatusChanged() if event.status == TaskStatus.CANCELED:
                     if event.task not in tasks:
                         raise BadTrace("trace", 0, f"tells of the end of {event.task}, but not that it was accepted")
-                    _go_on(fleet, number, event.t_s)
                     tasks[event.task].cancel()
+                case FactsTold(prop=prop, subject=subject, value=str() | float() | bool() as value) if not event.task:
+                    fleet.tell(prop, subject, value)
                 case _:
                     pass
         for task in tasks.values():
@@ -64,8 +68,23 @@ def first_difference(events: Sequence[TraceEvent], knowledge: Path) -> str:
     return ""
 
 
+def _is_of_a_person(event: TraceEvent) -> bool:
+    """Whether a person stepped in there."""
+    match event:
+        case TaskAccepted():
+            return True
+        case TaskStatusChanged():
+            return event.status == TaskStatus.CANCELED
+        case FactsTold():
+            return not event.task
+        case _:
+            return False
+
+
+def _look_up() -> None:
+    """What is asked for first at an instant happens first: the clock stops there before anything else happens."""
+
+
 def _go_on(fleet: Fleet, events: int, t_s: float) -> None:
     """Up to where a person stepped in: after so many events, as several may share an instant, and not before a time."""
-    fleet.parts.clock.run_until(lambda: len(fleet.trace) >= events)
-    if fleet.now_s < t_s:
-        fleet.let_time_pass(t_s)
+    fleet.parts.clock.run_until(lambda: len(fleet.trace) >= events and fleet.now_s >= t_s)

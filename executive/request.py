@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from executive.errors import BadRequest
+from kb.ontology import fluent_properties
 from kb.processes import Process
 from kb.store import Snapshot
 from kb.vocabulary import Kind
@@ -62,6 +63,42 @@ def check_request(process: str, arguments: Mapping[str, object], robots: object,
             "robots", f"robots={limit!r} is no upper limit of robots; give a number from 1 to {len(fleet)}"
         )
     return TaskRequest(process=process, arguments=checked, robots=limit)
+
+
+def check_fact(prop: str, subject: str, value: object, snapshot: Snapshot) -> None:
+    """Check that a property of an individual may have this value.
+
+    Raises:
+        BadRequest: No property that changes, an unknown individual, or a value of the wrong kind.
+    """
+    ontology = snapshot.ontology
+    changing = sorted(p for p in fluent_properties(ontology) if not ontology.datum_property(p))
+    if prop not in changing:
+        raise BadRequest(
+            prop, f"there is no property {prop!r} that a person can tell of; {_near(prop, changing, 'there is')}"
+        )
+    told = f"{prop}({subject})"
+    kinds = (Kind.ROBOT, Kind.AREA, Kind.LOCATION, Kind.PHYSICAL_OBJECT)
+    things = sorted({thing for kind in kinds for thing in ontology.individuals(kind)})
+    if subject not in things:
+        raise BadRequest(told, f"{subject} is not known; {_near(subject, things, 'there is')}")
+    known = sorted({_sort(v) for (p, _), v in snapshot.fluents.items() if p == prop})
+    if known and _sort(value) not in known:
+        raise BadRequest(told, f"{told} cannot be {value!r}; its values are {' or '.join(known)}")
+    if isinstance(value, str) and value not in things:
+        raise BadRequest(told, f"{told} cannot be {value!r}, which is not known; {_near(value, things, 'there is')}")
+
+
+def _sort(value: object) -> str:
+    match value:
+        case bool():
+            return "true or false"
+        case int() | float():
+            return "numbers"
+        case str():
+            return "individuals"
+        case _:
+            return type(value).__name__
 
 
 def _individual(value: object, name: str, kind: str, process: str, snapshot: Snapshot) -> str:

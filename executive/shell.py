@@ -185,6 +185,8 @@ class Shell:
                 self._start(number, task, action)
             case events.ReportOutcome(task=task, action=action, outcome=outcome):
                 self.report_outcome(task, action, outcome)
+            case events.ReportChange(task=task, change=change):
+                self._report_change(task, change)
             case events.Tell():
                 self._tell(command)
             case events.FinishTask():
@@ -312,6 +314,14 @@ class Shell:
             abandoned = tuple(a.id for a in retry.abandoned)
             reported = events.FailureWasReported(task=task, excluded=retry.excluded, abandoned=abandoned)
             self._post_after(DECIDING_S, reported)
+
+    def _report_change(self, task: str, change: events.FactWasTold) -> None:
+        if task not in self._sessions:
+            return  # its program will begin with what is so by then
+        session, then_s = self._sessions[task], self.clock.now_s + DECIDING_S
+        progress = session.observed(change.prop, change.subject, change.value, now_s=then_s)
+        what = f"{change.prop}({change.subject}) is {change.value} now"
+        self._post_after(DECIDING_S, events.ActionsAreReady(task=task, progress=progress, change=what))
 
     def _tell(self, fact: events.Tell) -> None:
         if isinstance(fact.value, Data | Fluent):

@@ -189,7 +189,7 @@ class ActionFinished:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FactsTold:
-    """What is true from now on, as the effect of an action or process."""
+    """What is true from now on, as the effect of an action or process, or as a person tells it (`task` is empty)."""
 
     kind: ClassVar[Literal["facts_told"]] = "facts_told"
     t_s: float
@@ -201,7 +201,7 @@ class FactsTold:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Replanned:
-    """After a failure, the rest of a task is planned anew."""
+    """After a failure or a change in the world, the rest of a task is planned anew."""
 
     kind: ClassVar[Literal["replanned"]] = "replanned"
     t_s: float

@@ -204,7 +204,7 @@ class _Separation:
         """Take in a step that is under way and that nothing else of the network follows."""
         self.least_ms = max(self.least_ms, underway.left_ms)
         for i, robot in enumerate(underway.robots):
-            start = replace(self._start(robot), ms=underway.left_ms, work_ms=underway.left_ms, begun=True)
+            start = replace(self._start(robot), ms=underway.left_ms, begun=True)
             place = underway.ends[i] if underway.ends else None
             self._begin(robot, start if place is None else replace(start, place=self.places[place]))
 
@@ -268,7 +268,7 @@ class _Separation:
         if len(legs) != 1:
             raise Coupled  # which of them is best depends on what it does next
         leg = legs[0]
-        work_ms = underway.left_ms + leg.ms - leg.computing_ms
+        work_ms = leg.ms - leg.computing_ms  # what is under way was counted when it began
         start = replace(start, ms=underway.left_ms + leg.ms, work_ms=work_ms, begun=True)
         self._begin(robot, replace(start, place=leg.end, leg=leg, leg_ms=underway.left_ms))
 

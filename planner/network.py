@@ -51,7 +51,8 @@ class Robot:
 
     Attributes:
         at: A place of the travel table; None: where `Travel.here` counts from.
-        work_ms: It can do steps for so long in all (its battery); None: as long as it takes.
+        work_ms: It can do further steps for so long in all (its battery), what is under way not counted; None: as long
+            as it takes.
     """
 
     name: str
@@ -201,7 +202,7 @@ class Solution:
 
     Attributes:
         choices: What is chosen, by the id of alternatives and any-orders that are come to.
-        steps: Ordered by start, then id; those that were under way are not among them.
+        steps: Ordered by start, then end, then as the program has them; those that were under way are not among them.
         makespan_ms: Latest end, of steps under way too.
     """
 

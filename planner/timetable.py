@@ -8,7 +8,7 @@ there is no plan. Everything counts its work in CP-SAT's deterministic seconds: 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 
@@ -56,7 +56,7 @@ def improve(
 
     Args:
         network: What to plan.
-        effort: Ends when so much work is done, in CP-SAT's deterministic seconds (about two CPU seconds each).
+        effort: Ends when so much work is done, in CP-SAT's deterministic seconds (about three CPU seconds each).
         stop: Asked every 50 ms; if it says so, it ends with what it has.
         start: A plan that is known, if any; a solution of this network or not.
     """
@@ -157,14 +157,14 @@ class _Run:
         self._free = float(LEAST_FREE)
         self._rng = np.random.default_rng(_SEED)
         self._pool = ThreadPoolExecutor(AT_ONCE)
-        self._searches: list[_Search] = []
+        self._running: dict[Future[_Found], _Search] = {}
         self.best: Solution | None = None
         self.bound_ms = 0
 
     def close(self) -> None:
         """End all threads."""
-        for search in self._searches:
-            search.stop()
+        self._stopped = True
+        self._wait()
         self._pool.shutdown()
 
     def improvements(self, start: Solution | None) -> Iterator[Improvement]:
@@ -243,8 +243,8 @@ class _Run:
             if self._take(found.solution, found.bound_ms):
                 yield self._improvement("timetable", found.effort)
             self._poll()
+        self._running.clear()
         found = future.result()
-        self._searches.clear()
         self._spent += found.effort
         if found.ended and self.best is None:
             yield self._improvement("timetable", unsolvable=True)
@@ -277,19 +277,24 @@ class _Run:
                 yield self._improvement("neighborhoods")
 
     def _begin(self, search: _Search) -> Future[_Found]:
-        self._searches.append(search)
-        return self._pool.submit(search.run)
+        future = self._pool.submit(search.run)
+        self._running[future] = search
+        return future
 
     def _together(self, searches: Sequence[_Search]) -> list[_Found]:
         """What searches find that run at once."""
         futures = [self._begin(search) for search in searches]
-        while wait(futures, timeout=_POLL_S, return_when=FIRST_COMPLETED).not_done:
-            self._poll()
-        self._searches.clear()
+        self._wait()
         return [future.result() for future in futures]
+
+    def _wait(self) -> None:
+        """Until all searches have ended. One that has not yet begun cannot be stopped, so they are told again."""
+        while wait(self._running, timeout=_POLL_S).not_done:
+            self._poll()
+        self._running.clear()
 
     def _poll(self) -> None:
         self._stopped = self._stopped or self._stop()
         if self._stopped:
-            for search in self._searches:
+            for search in self._running.values():
                 search.stop()

@@ -185,10 +185,10 @@ start(Robots, Travel, Ways, Starts0-Floor0, Starts-Floor) :-
     ),
     (   Rest == []
     ->  Done = Left, Steps = [],
-        findall(Robot-begun(At, Left, Left), ( nth1(I, Busy, Robot), end(I, Ends, Robot, Robots, Travel, At) ), New)
+        findall(Robot-begun(At, Left, 0), ( nth1(I, Busy, Robot), end(I, Ends, Robot, Robots, Travel, At) ), New)
     ;   end(1, Ends, Who, Robots, Travel, At0),
         go_on(Rest, Who, Travel, At0, Left, At, Done, Steps, Computing),
-        ( Busy == [] -> Work is Done - Left - Computing ; Work is Done - Computing ),
+        Work is Done - Left - Computing,            % what is under way was counted when it began
         New = [Who-begun(At, Done, Work)]
     ),
     together(floor(Done, Choices, Steps), Floor0, Floor),

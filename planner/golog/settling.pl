@@ -50,8 +50,12 @@ settle(picked(Id, Pick, P), Ended, S, Rest, S1, Exposed) :- !,
     settle(P, Ended, S, P1, S1, Exposed),
     ( P1 == [] -> Rest = [] ; Rest = picked(Id, Pick, P1) ).
 settle(deadline(Ms, P), Ended, S, Rest, S1, Exposed) :- !,
-    settle(P, Ended, S, P1, S1, Exposed),
-    ( P1 == [] -> Rest = [] ; Rest = deadline(Ms, P1) ).
+    settle(P, Ended, S, P1, S0, Exposed),
+    (   \+ open_ended(P1, S0),                      % it ends as soon as it can: later might be too late
+        final(deadline(Ms, P1), S0, S1)
+    ->  Rest = []
+    ;   Rest = deadline(Ms, P1), S1 = S0
+    ).
 settle(scope(Id, Head, P), Ended, S, Rest, S1, Exposed) :- !,
     settle(P, Ended, S, P1, S0, Exposed),
     (   \+ open_ended(P1, S0),

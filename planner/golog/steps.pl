@@ -160,7 +160,8 @@ observe(changed(Session, Now, Property, Subject, Value), Dict) :-
     revised(P, S2, P1, S3),
     (   P1 == P
     ->  S = S3, Replan = false
-    ;   set_data(awaiting, true, S3, S4), drop(planned, S4, S), Replan = true
+    ;   set_data(awaiting, true, S3, S4), drop(planned, S4, S), Replan = true,
+        ( take_planned(Session, _, _, _) -> true ; true )   % a plan that is still to be adopted is out of date
     ),
     go_on(all, Session, P1, S, Replan, Dict).
 

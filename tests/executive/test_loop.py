@@ -6,15 +6,18 @@ import pytest
 
 from executive import trace
 from executive.events import (
+    ActionsAreReady,
     AskActions,
     CancelRequested,
     CompileProgram,
+    FactWasTold,
     FailureWasReported,
     FinishTask,
     KnowledgeWasRead,
     MakePlan,
     ProgramWasCompiled,
     ReadKnowledge,
+    ReportChange,
     ReportOutcome,
     StartAction,
     TaskStatus,
@@ -23,7 +26,7 @@ from executive.events import (
 from executive.loop import State, step
 from kb.errors import InternalError
 from planner.plan import PlanStatus
-from planner.planner import Begun, Ended, Started, Told
+from planner.planner import Abandoned, Begun, Ended, Progress, Started, StepEvent, Told
 from tests.executive.made import BROKEN, action, after, arrived, others, planned, ready, recorded, requested
 
 SWEEP, MOP = action("Sweep", "r1"), action("Mop", "r2")
@@ -206,6 +209,50 @@ def test_while_a_new_plan_is_awaited_nothing_running_is_no_dead_end() -> None:
     [finish] = others(commands)
     assert isinstance(finish, FinishTask)
     assert finish.reason.startswith("Sweep(r1) EXECUTION_FAILED: DeviceBroken, it smokes; the program can neither")
+
+
+# Changes
+
+MOVED = FactWasTold(prop="standsAt", subject="broom", value="attic")
+
+
+def replanning(task: str, *happened: StepEvent, running: int) -> ActionsAreReady:
+    """The planner says that its plan was made for something else."""
+    progress = Progress(events=happened, done=False, running=running, replan=True)
+    return ActionsAreReady(task=task, progress=progress, change="standsAt(broom) is attic now")
+
+
+def test_a_change_is_told_to_knowledge_and_to_the_task_underway() -> None:
+    """Queued tasks begin with what is so by then."""
+    state, _ = after(requested("one"), requested("two"))
+    told = Tell(task="", prop="standsAt", subject="broom", value="attic")
+    assert step(state, MOVED, 2.0) == (state, [told, ReportChange(task="one", change=MOVED)])
+    idle = State()
+    assert step(idle, MOVED, 2.0) == (idle, [told])
+
+
+def test_a_change_that_matters_is_planned_around() -> None:
+    """What is abandoned frees its robot, what runs goes on; the trace says which change it was."""
+    state, _ = after(requested("one"), planned("one"), ready("one", Started(action=SWEEP), Started(action=MOP)), MOVED)
+    state, commands = step(state, replanning("one", Abandoned(action=SWEEP), running=1), 2.0)
+    assert [r.action for r in state.running.values()] == [MOP]
+    assert list(state.leases.values()) == [2]
+    reason = "standsAt(broom) is attic now, for which the plan was not made"
+    assert recorded(commands) == [trace.Replanned(t_s=2.0, task="one", reason=reason)]
+    assert others(commands) == [MakePlan(task="one")]
+    _, commands = step(state, planned("one"), 3.0)
+    assert others(commands) == [AskActions(task="one")]
+
+
+def test_that_there_was_no_plan_before_a_change_says_nothing_of_after() -> None:
+    """The plan that takes the change in decides."""
+    state, _ = after(requested("one"), MOVED, replanning("one", running=0))
+    state, commands = step(state, planned("one", PlanStatus.UNSOLVABLE_PROVEN), 2.0)
+    assert commands == []
+    _, commands = step(state, planned("one"), 3.0)
+    assert others(commands) == [AskActions(task="one")]
+    _, commands = step(state, planned("one", PlanStatus.UNSOLVABLE_PROVEN), 3.0)
+    assert isinstance(others(commands)[0], FinishTask)
 
 
 # Failures

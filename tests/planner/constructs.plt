@@ -173,6 +173,8 @@ test('so that what has come before may use it up') :-
 test('another branch is taken where one would be late', Chosen == 2) :-
     best(deadline(50, choice(f, c, [call(f, a, 'Slow'(r1)), call(f, b, 'Fast'(r1))])), plan(optimal, 10, 10, Events, [], _)),
     memberchk(chose('f/c', Chosen), Events).
+test('a loop that has ended in time is in time, however long something else goes on', M == 100) :-
+    makespan(conc([deadline(50, while(not(holds(full, t1, true)), call(f, b, 'Fill'(r1, t1)))), call(f, a, 'Slow'(r2))]), M).
 test('acting, what is late goes on', Ids == ['f/a']) :-
     acting(S0), at_time(S0, 1000, S), started(deadline(20, call(f, a, 'Fast'(r1))), S, Ids).
 

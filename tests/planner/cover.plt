@@ -133,11 +133,13 @@ test('both are busy with what they do together', Makespan == 1800) :-
     job('1', [r1, r2], c, One),
     best([One, underway(u, [r1, r2], 700, [b, none], [])], [robots([robot(r1, a, none), robot(r2, b, none)])],
          plan(optimal, Makespan, Makespan, _, _, _)).
-test('it counts against the battery', Robots == [r2]) :-
+test('it does not count against the battery, from which it was taken when it began', [R1, R2] == [[r1], [r2]]) :-
     job('1', [r1, r2], a, One),
-    best([One, underway(u, [r1], 100, [a], [])], [robots([robot(r1, a, 199), robot(r2, c, none)])],
-         plan(optimal, 2100, 2100, _, Steps, _)),
-    who(Steps, Robots).
+    best([One, underway(u, [r1], 100, [a], [])], [robots([robot(r1, a, 100), robot(r2, c, none)])],
+         plan(optimal, 200, 200, _, Steps1, _)),
+    best([One, underway(u, [r1], 100, [a], [])], [robots([robot(r1, a, 99), robot(r2, c, none)])],
+         plan(optimal, 2100, 2100, _, Steps2, _)),
+    who(Steps1, R1), who(Steps2, R2).
 test('who is at something is in the team', [Makespan, Robots] == [2200, [r1]]) :-
     job('1', [r1, r2], c, One),
     best([One, underway(u, [r1], 100, [none], [])], [team(1)], plan(optimal, Makespan, Makespan, _, Steps, _)),
@@ -261,7 +263,7 @@ route(robot(Name, Place, Limit), Order, Begun, Travel, Times, End) :-
     ->  ( Place1 == none -> At = Place ; At = Place1 )
     ;   Left = 0, At = Place
     ),
-    walk(Order, Name, Travel, At, Left, Left, Work, Times, End),
+    walk(Order, Name, Travel, At, Left, 0, Work, Times, End),  % what is under way was counted when it began
     ( Limit == none -> true ; Order == [] -> true ; Work =< Limit ).
 
 walk([], _, _, _, End, Work, Work, [], End).

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -17,12 +17,15 @@ import pytest
 from kb.prolog import Entry
 from kb.store import Snapshot
 from kb.terms import render, struct
+from planner.classical import solve
+from planner.classical_export import agrees
+from planner.classical_goal import parse_goal
 from planner.making import MS_PER_S, Making
 from planner.network import Improvement, Network, read_network
 from planner.optimizer import improve
 from planner.plan import Plan, PlannedStep, PlanStatus
 from tests.planner.brute_force import PLACES, World, least, random_case
-from tests.planner.conftest import travel_of
+from tests.planner.conftest import random_times, travel_of
 from tests.planner.mutations import mutations
 from tests.planner.test_search import looked_ahead
 from tests.planner.yard import Job, Timetable
@@ -161,3 +164,19 @@ def test_a_thousand_mutants_are_refused(tue_lab: Snapshot) -> None:
             assert job.violations(mutant) != [], (kind, str(case), mutant)
             refused[kind] += 1
     assert len(refused) > 20, refused
+
+
+@pytest.mark.slow
+def test_another_validator_agrees_on_random_goals(tue_lab: Snapshot) -> None:
+    """unified-planning's: it accepts the plans for what can be exported, and none without its last step."""
+    rng = np.random.default_rng(1)
+    robots, places = tue_lab.ontology.individuals("Robot"), tue_lab.ontology.individuals("Location")
+    for _ in range(10):
+        goals = [f"locatedAt({robot})={rng.choice(places)}" for robot in robots if rng.random() < 0.6]
+        drinks = [d for d in tue_lab.ontology.individuals("Drink") if rng.random() < 0.6 or not goals]
+        goals += [f"hasDetectedPosition({drink})" for drink in drinks]
+        travel = travel_of(random_times(rng, robots, places, 1.0))(robots, places)
+        plan = solve(parse_goal(goals, tue_lab), tue_lab, travel)
+        assert plan.steps, goals
+        assert agrees(plan, tue_lab, travel) == "", (goals, plan)
+        assert agrees(replace(plan, steps=plan.steps[:-1]), tue_lab, travel) != "", (goals, plan)

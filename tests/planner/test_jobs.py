@@ -135,7 +135,7 @@ def test_what_is_under_way_is_the_beginning_of_a_run() -> None:
     assert jobs.least_ms == 52
     first, second = jobs.crews
     assert (first.start.ms, first.start.place, first.start.begun) == (50, 1, True)
-    assert (second.start.ms, second.start.work_ms, second.start.place, second.start.leg_ms) == (52, 52, 1, 30)
+    assert (second.start.ms, second.start.work_ms, second.start.place, second.start.leg_ms) == (52, 22, 1, 30)
 
 
 @pytest.mark.parametrize(

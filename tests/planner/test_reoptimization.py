@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import product
+from itertools import count, product
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from planner.planner import Abandoned, Begun, Ended, Progress, Session, Solver, 
 from tests.planner.conftest import Times, random_times, travel_of
 from tests.planner.test_planner import LAB_PLACES, NAVIGATE_S, PLACES, ROBOTS, SEARCH_S, TIMES, Driver
 
-_CASES = 100
+_FEW, _MANY = 20, 100
 _LOOK_S = NAVIGATE_S + SEARCH_S
 """A search takes this besides the travel."""
 _STEPS_S = {"LocMap": 0.001, "Laser": 0.008, "Pose": 0.010, "Kinect": 0.080, "Detection": 0.050}
@@ -79,9 +79,9 @@ def finders(plan: Plan) -> dict[str, str]:
     return {str(a.argument("drink")): str(a.robot) for a in searches}
 
 
-def kinds(progress: Progress, kind: type) -> list[tuple[str | None, str]]:
-    """Robots and processes of the actions of which the events of this kind tell."""
-    return [(e.action.robot, e.action.process) for e in progress.events if isinstance(e, kind)]
+def abandoned(progress: Progress) -> list[str | None]:
+    """The robots that are to stop what they do."""
+    return [e.action.robot for e in progress.events if isinstance(e, Abandoned)]
 
 
 def to_the_bar(amigo_s: float, pico_s: float) -> Times:
@@ -100,7 +100,7 @@ def test_a_drink_that_is_moved_goes_to_the_other_robot_if_that_is_faster(observe
     busy = [a for a in observer.running if a.robot == "pico_1"]
     progress = observer.observe("locatedAt", "drink_1", "at_bar")
     assert progress.replan
-    assert [robot for robot, _ in kinds(progress, Abandoned)] == ["amigo_1"]
+    assert abandoned(progress) == ["amigo_1"]
     assert observer.running == busy, "until there is a plan nothing is chosen; what runs goes on"
     plan = observer.go_on(to_the_bar(40.0, 5.0))
     assert plan.status is PlanStatus.SOLVED_OPTIMALLY
@@ -146,7 +146,7 @@ def test_a_move_that_changes_no_times_changes_no_plan(larger_lab: Callable[[int,
 def test_a_drink_that_is_gone_is_looked_for_no_more(observer: Observer) -> None:
     """Nor is it planned for; the rest is done."""
     progress = observer.observe("locatedAt", "drink_2", "amigo_1")
-    assert [robot for robot, _ in kinds(progress, Abandoned)] == ["pico_1"]
+    assert abandoned(progress) == ["pico_1"]
     plan = observer.go_on(TIMES)
     assert set(finders(plan)) == {"drink_1"}
     observer.run()
@@ -160,7 +160,7 @@ def test_a_drink_that_is_put_down_is_looked_for_too(observer: Observer) -> None:
     observer.go_on(TIMES)
     progress = observer.observe("locatedAt", "drink_2", "at_dining_table")
     assert progress.replan
-    assert kinds(progress, Abandoned) == []
+    assert abandoned(progress) == []
     plan = observer.go_on(TIMES)
     assert finders(plan) == {"drink_1": "amigo_1", "drink_2": "pico_1"}
     observer.run()
@@ -176,6 +176,17 @@ def test_a_drink_that_moves_after_it_was_found_is_looked_for_again(observer: Obs
     observer.run()
     assert observer.done
     assert [a.argument("drink") for a in observer.started if a.process == "Detection"].count("drink_1") == 2
+
+
+def test_a_plan_that_was_found_before_a_change_is_not_begun_after_it(observer: Observer) -> None:
+    """It would do what is not wanted any more; nothing is chosen until there is another."""
+    observer.plan(TIMES)
+    observer.observe("locatedAt", "drink_1", "at_bar")
+    running = list(observer.running)
+    observer.next_actions()
+    assert observer.running == running
+    plan = observer.go_on(to_the_bar(5.0, 40.0))
+    assert finders(plan) == {"drink_1": "amigo_1", "drink_2": "pico_1"}
 
 
 def test_what_nobody_asks_for_changes_nothing(observer: Observer) -> None:
@@ -246,36 +257,59 @@ def left(driver: Observer, at: Mapping[str, str], moved: str, times: Times) -> L
     return open_
 
 
-def test_what_is_left_is_planned_as_well_as_afresh(larger_lab: Callable[[int, int], Snapshot]) -> None:
-    """Random moves at random times, two or three robots, up to five drinks: the least makespan, by all means of planning."""
-    rng, reassigned, kept = np.random.default_rng(11), 0, 0
-    for number in range(_CASES):
-        lab = larger_lab(2 + number % 2, 3 + number % 3)
-        robots = [str(r) for r in lab.ontology.individuals("Robot")]
-        at = {str(d): str(lab.value("locatedAt", d)) for d in lab.ontology.individuals("Drink")}
-        session = Session("random", lab, "FindEmptyDrink", {"room": "tue_lab"}, robots=len(robots))
+def case(seed: int, larger_lab: Callable[[int, int], Snapshot]) -> bool | None:
+    """A drink is moved at some time, two or three robots, up to five drinks; whether another robot is to do something.
+
+    None if all is done by then.
+    """
+    rng, lab = np.random.default_rng(seed), larger_lab(2 + seed % 2, 3 + seed % 3)
+    robots = [str(r) for r in lab.ontology.individuals("Robot")]
+    at = {str(d): str(lab.value("locatedAt", d)) for d in lab.ontology.individuals("Drink")}
+    session = Session("random", lab, "FindEmptyDrink", {"room": "tue_lab"}, robots=len(robots))
+    try:
         driver = Observer(session)
         before = finders(driver.go_on(random_times(rng, robots, LAB_PLACES, 1.0)))
         for _ in range(int(rng.integers(0, 120))):
             if driver.running:
                 driver.succeed()
         if driver.done:
-            session.close()
-            continue
+            return None
         moved = str(rng.choice(sorted(at)))
         at[moved] = str(rng.choice([p for p in LAB_PLACES if p != at[moved]]))
-        driver.observe("locatedAt", moved, at[moved])
+        assert driver.observe("locatedAt", moved, at[moved]).replan
         times = random_times(rng, robots, LAB_PLACES, 1.0)
         least_s = left(driver, at, moved, times).least_s(robots, times)
-        plan = driver.plan(times)
-        for made in (plan, driver.plan(times, Solver.PROLOG)):
-            assert made.status is PlanStatus.SOLVED_OPTIMALLY, number
-            assert made.makespan_s == pytest.approx(least_s, abs=1e-6), number
-        reassigned += any(before.get(d) != r for d, r in finders(plan).items())
-        kept += all(before.get(d) == r for d, r in finders(plan).items())
+        by_tables, plan = driver.plan(times, Solver.PROLOG), driver.plan(times)
+        for made in (by_tables, plan):
+            assert made.status is PlanStatus.SOLVED_OPTIMALLY, (seed, made)
+            assert made.makespan_s == pytest.approx(least_s, abs=1e-6), (seed, made)
         driver.next_actions()
         driver.run()
-        assert driver.done, number
+        assert driver.done, seed
+        return any(before[drink] != robot for drink, robot in finders(plan).items())
+    finally:
         session.close()
-    assert reassigned > _CASES // 5
-    assert kept > 0
+
+
+def compare(cases: int, larger_lab: Callable[[int, int], Snapshot]) -> None:
+    """So many cases; in some, the plan changes, in others it stays."""
+    answers: list[bool] = []
+    for seed in count():
+        answer = case(seed, larger_lab)
+        answers += [] if answer is None else [answer]
+        if len(answers) == cases:
+            break
+    assert cases // 10 < sum(answers) < cases, answers
+
+
+def test_what_is_left_is_planned_as_well_as_afresh(larger_lab: Callable[[int, int], Snapshot]) -> None:
+    """By run tables and by the optimizer, in the least time of all assignments and orders."""
+    compare(_FEW, larger_lab)
+
+
+@pytest.mark.slow
+def test_what_is_left_is_planned_as_well_as_afresh_in_a_hundred_cases(
+    larger_lab: Callable[[int, int], Snapshot],
+) -> None:
+    """The same, more often."""
+    compare(_MANY, larger_lab)
