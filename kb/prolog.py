@@ -108,6 +108,8 @@ class _Engine:
         if spec not in self._loaded:
             self._load(spec)
         core, lib = self._core, self._lib
+        mark = core.buf_mark_t()  # else the texts of this call would be kept for ever: no foreign predicate returns
+        lib.PL_mark_string_buffers(ctypes.byref(mark))
         frame = core.PL_open_foreign_frame()
         try:
             arguments = core.PL_new_term_refs(4)
@@ -121,6 +123,7 @@ class _Engine:
             return ctypes.string_at(chars, length.value).decode()
         finally:
             core.PL_discard_foreign_frame(frame)
+            lib.PL_release_string_buffers_from_mark(mark)
 
     def _limit_stack(self) -> None:
         # Holds for one thread; an attached one would have SWI-Prolog's own, larger limit.
