@@ -12,6 +12,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
+import numpy as np
+
 from planner.dispatch_calendar import Calendar, Placed, Ways, begin
 from planner.network import (
     Alternatives,
@@ -38,6 +40,9 @@ RULES: tuple[Rule, ...] = (
 )
 """First done, most urgent at its end, most urgent at its start, first begun."""
 
+NOISE = 0.1
+"""One sigma, as a part of what it is added to."""
+
 
 def dispatch(network: Network, root: Branch | None = None) -> Solution | None:
     """The best plan that list scheduling finds; None if it finds none.
@@ -48,15 +53,26 @@ def dispatch(network: Network, root: Branch | None = None) -> Solution | None:
     """
     root = root or grow(network)
     ways = Ways(network)
-    best: Solution | None = None
-    for rule in RULES:
-        try:
-            found = _Run(rule, begin(network, root, ways)).whole(root)
-        except _Stuck:
-            continue
-        if best is None or found.makespan_ms < best.makespan_ms:
-            best = found
-    return best
+    found = [_scheduled(network, root, ways, rule) for rule in RULES]
+    return min((f for f in found if f is not None), key=lambda f: f.makespan_ms, default=None)
+
+
+def sample(network: Network, root: Branch, rng: np.random.Generator) -> Iterator[Solution | None]:
+    """Plans by list scheduling with noise in the rule, one after the other without end; None: it has found none.
+
+    As many of them are as good as those of the rules, some are better: biased random sampling, Kolisch (1996),
+    section 3, here with normal noise of `NOISE` on the ends of tasks.
+    """
+    ways = Ways(network)
+    while True:
+        yield _scheduled(network, root, ways, lambda _start, end, _tail: round(end * (1.0 + rng.normal(0.0, NOISE))))
+
+
+def _scheduled(network: Network, root: Branch, ways: Ways, rule: Rule) -> Solution | None:
+    try:
+        return _Run(rule, begin(network, root, ways)).whole(root)
+    except _Stuck:
+        return None
 
 
 class _Stuck(Exception):

@@ -1,6 +1,6 @@
 """Plans for networks in which robots wait for each other: list scheduling, then constraint programming with times.
 
-A first plan comes from planner/dispatch.py. Large-neighborhood search makes it better; searches of the whole model
+First plans come from planner/dispatch.py. Large-neighborhood search makes it better; searches of the whole model
 (planner/timetable_model.py), longer each time, raise the bound and end it: with an optimum, or with the proof that
 there is no plan. Everything counts its work in CP-SAT's deterministic seconds: the same network, the same answers.
 """
@@ -16,7 +16,7 @@ import numpy as np
 from ortools.sat.python import cp_model
 
 from kb.errors import InternalError
-from planner.dispatch import dispatch
+from planner.dispatch import dispatch, sample
 from planner.network import Improvement, Network, Solution
 from planner.timetable_model import TimetableModel
 from planner.timetable_neighborhoods import doings, neighborhood, pick
@@ -29,6 +29,9 @@ QUICK, THOROUGH = "reduced_costs", "max_lp"
 """Searches of the whole model, by CP-SAT's names. The first soon proves what is easy; the cuts of the second raise the
 bound of tours several times faster than anything else. Each has one thread: with several, CP-SAT 9.15 has ended the
 process ("Check failed: heuristics.fixed_search") where a model is closed while another thread is still reading it."""
+
+SAMPLES, SAMPLING_EFFORT = 20, 0.15
+"""So many list schedules are sampled, and as long as this takes."""
 
 QUICK_EFFORT = 0.5
 """Effort of the quick search."""
@@ -44,6 +47,8 @@ LEAST_FREE, MOST_FREE = 4, 40
 
 _POLL_S = 0.05
 _SEED = 20
+_EFFORT_PER_STEP_SQUARED = 1.7e-7
+"""What a list schedule takes."""
 _EFFORT_PER_SEARCH = 0.001
 _EFFORT_PER_ARC = 1e-5
 """What it takes to make a model."""
@@ -177,6 +182,7 @@ class _Run:
         yield self._improvement("list schedule")
         if start is not None and self._use(start):
             yield self._improvement("given")
+        yield from self._sample()
         if self._goes_on():
             yield from self._search_all(QUICK_EFFORT, QUICK)
         effort = FIRST_EFFORT
@@ -222,6 +228,16 @@ class _Run:
             model.vars.hint(start)
         (found,) = self._together([_Search(model, effort=NEIGHBORHOOD_EFFORT)])
         return self._take(found.solution)
+
+    def _sample(self) -> Iterator[Improvement]:
+        """Sample list schedules."""
+        samples = sample(self._network, self._root, self._rng)
+        for _ in range(SAMPLES):
+            if self.best is None or self._spent >= SAMPLING_EFFORT or not self._goes_on():
+                return
+            self._spent += _EFFORT_PER_STEP_SQUARED * len(self.best.steps) ** 2
+            if self._take(next(samples)):
+                yield self._improvement("sampled list schedule")
 
     def _search_all(self, effort: float, kind: str) -> Iterator[Improvement]:
         """Search the whole model."""

@@ -11,7 +11,8 @@ until its first size without a plan:
 - plain Golog: the same compiled program and the same semantics, executed depth first, with branch and bound
 - a plain OR-tools CP-SAT model, written by hand for this task
 
-`python -m tests.benchmarks.planner` takes most of an hour; each run is told on standard error as it ends.
+`python -m tests.benchmarks.planner --separable` takes half an hour, `--coupled` a quarter; without
+either, both are run. Each run is told on standard error as it ends.
 """
 
 from __future__ import annotations
