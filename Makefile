@@ -15,10 +15,10 @@ demo: $(STAMP) ## two simulated robots look for an empty drink
 	concertmaster run FindEmptyDrink room=tue_lab --robots 2 --site tue_lab
 
 test: check ## the checks and the tests, in a few minutes
-	pytest -m "not slow"
+	pytest -n auto --dist worksteal -m "not slow"
 
 test-all: check ## the checks and all tests, the slow ones too
-	pytest
+	pytest -n auto --dist worksteal
 
 check: $(STAMP) ## lint, format, types, layers
 	ruff check $(PACKAGES)

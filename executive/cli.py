@@ -16,8 +16,10 @@ from typing import Any, Self
 
 from executive.errors import BadRequest
 from executive.events import TaskStatus
+from executive.exit_codes import FAILED, INTERRUPTED, OK, REFUSED, complain
 from executive.export import export_mcap
 from executive.fleet import Fleet, TaskHandle
+from executive.kb_commands.commands import add_kb
 from executive.pictures import draw_gantt, draw_top_view
 from executive.replay import first_difference, scenario_of
 from executive.trace import (
@@ -41,36 +43,35 @@ from planner.explain import Explainer
 from planner.plan import Plan
 from planner.planner import EFFORT
 
-OK, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
-
 _PROGRESS_EVERY_S = 1.0
 _WORTH_A_LINE_S = 0.5
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
-    options = _parser().parse_args(arguments)
+    options = make_parser().parse_args(arguments)
     try:
         status: int = options.command(options)
     except OntologyRejected as error:
-        _complain(str(error))
+        complain(str(error))
         status = REFUSED
     except ConcertmasterError as error:
-        _complain(f"concertmaster: {error}")
+        complain(f"concertmaster: {error}")
         status = REFUSED if error.fault in ("request", "knowledge") else FAILED
     except BrokenPipeError:  # the reader of our output has gone: head, less
         sys.stderr.close()
         status = OK
     except OSError as error:  # a file or folder that a person named
-        _complain(f"concertmaster: {error.filename or ''}: {error.strerror or error}")
+        complain(f"concertmaster: {error.filename or ''}: {error.strerror or error}")
         status = REFUSED
     except KeyboardInterrupt:
-        _complain("concertmaster: interrupted")
+        complain("concertmaster: interrupted")
         status = INTERRUPTED
     return status
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """The command line: all commands and what they take."""
     parser = argparse.ArgumentParser(
         prog="concertmaster", description="Plan and conduct the work of several robots from a knowledge base."
     )
@@ -79,6 +80,9 @@ def _parser() -> argparse.ArgumentParser:
     run = commands.add_parser("run", help="do a task with the simulated fleet of a site")
     _add_request_or_goal(run)
     run.add_argument("--out", type=Path, help="folder for trace and pictures (default: the next free runs/TASK-N)")
+    run.add_argument(
+        "--watch", action="store_true", help="put in force what is saved in the knowledge folder while robots work"
+    )
     run.add_argument("--verbose", "-v", action="store_true", help="print every action, as `trace` does")
     run.set_defaults(command=_run)
 
@@ -121,14 +125,7 @@ def _parser() -> argparse.ArgumentParser:
     trace.add_argument("--knowledge", type=Path, default=SHIPPED, help="folder of ontologies (default: shipped)")
     trace.set_defaults(command=_trace)
 
-    kb = commands.add_parser("kb", help="work with the knowledge base").add_subparsers(required=True, metavar="COMMAND")
-    check = kb.add_parser("check", help="check the ontology files of a site")
-    check.add_argument("--site", default="tue_lab", help="name of the site (default: %(default)s)")
-    check.add_argument(
-        "--knowledge", type=Path, default=SHIPPED, help="folder of ontologies (default: the shipped one)"
-    )
-    check.add_argument("--json", action="store_true", help="print problems as JSON")
-    check.set_defaults(command=_check)
+    add_kb(commands)
     return parser
 
 
@@ -138,6 +135,9 @@ def _add_request_or_goal(parser: argparse.ArgumentParser) -> None:
     asked.add_argument("--goal", help="instead: what shall be true, such as 'locatedAt(amigo_1)=at_bar'")
     _add_arguments(parser)
     parser.add_argument("--store", metavar="NAME", help="keep what leads to the goal as a recipe of this name")
+    parser.add_argument(
+        "--realizes", metavar="TASK", default="", help="the task type that the recipe is one more way to accomplish"
+    )
     parser.add_argument("--folder", type=Path, help="where to keep it: a folder of ontologies (default: --knowledge)")
 
 
@@ -191,6 +191,8 @@ def _run(options: argparse.Namespace) -> int:
             task = fleet.request(options.task, robots=options.robots, **arguments)
         else:
             task = fleet.request_goal(options.goal)
+        if options.watch:
+            fleet.watch_knowledge()
         teller = _Teller(fleet, verbose=options.verbose)
         try:
             _wait(task, fleet, teller)
@@ -199,7 +201,7 @@ def _run(options: argparse.Namespace) -> int:
         result = task.wait()
         teller.tell()
         if result.status is TaskStatus.REFUSED:
-            _complain(f"concertmaster: {task.name} was refused: {result.reason}")
+            complain(f"concertmaster: {task.name} was refused: {result.reason}")
             return REFUSED
         draw_gantt(fleet.trace, out / "gantt.png")
         draw_top_view(fleet.trace, site_map(fleet.parts.knowledge.snapshot()), out / "top_view.png")
@@ -212,10 +214,10 @@ def _run(options: argparse.Namespace) -> int:
         case TaskStatus.COMPLETED:
             return OK
         case TaskStatus.CANCELED:
-            _complain(f"concertmaster: {task.name} {result.status}: {result.reason}")
+            complain(f"concertmaster: {task.name} {result.status}: {result.reason}")
             return INTERRUPTED
         case _:
-            _complain(f"concertmaster: {task.name} {result.status}: {result.reason}")
+            complain(f"concertmaster: {task.name} {result.status}: {result.reason}")
             return FAILED
 
 
@@ -264,6 +266,8 @@ def _check_goal_options(options: argparse.Namespace) -> None:
         raise BadRequest("robots", "all robots may take part in reaching a goal; leave --robots out")
     if options.store and options.goal is None:
         raise BadRequest("store", "--store keeps what leads to a goal; give --goal as well")
+    if options.realizes and not options.store:
+        raise BadRequest("realizes", "--realizes tells what the recipe of --store is for; give --store NAME as well")
     if options.folder and not options.store:
         raise BadRequest("folder", "--folder tells where --store keeps the recipe; give --store NAME as well")
 
@@ -276,11 +280,12 @@ def _recipes(options: argparse.Namespace) -> Path:
 def _check_store(options: argparse.Namespace, fleet: Fleet) -> None:
     """Before anything moves."""
     if options.store:
-        fleet.check_recipe(options.store, _recipes(options))
+        fleet.check_recipe(options.store, _recipes(options), realizes=options.realizes)
 
 
 def _store(options: argparse.Namespace, fleet: Fleet, plan: GoalPlan) -> None:
-    print(f"recipe:   {fleet.store_recipe(plan, options.store, _recipes(options))}")
+    file = fleet.store_recipe(plan, options.store, _recipes(options), realizes=options.realizes)
+    print(f"recipe:   {file}")
 
 
 def _plan_goal(options: argparse.Namespace) -> int:
@@ -314,7 +319,7 @@ def _plan(options: argparse.Namespace) -> int:
     print(f"{plan.status}: {plan.reason}")
     _print_steps(plan)
     for sentence in lacking:
-        _complain(sentence)
+        complain(sentence)
     return OK if plan.solved else REFUSED
 
 
@@ -413,24 +418,6 @@ def _trace(options: argparse.Namespace) -> int:
     return OK
 
 
-def _check(options: argparse.Namespace) -> int:
-    try:
-        knowledge = KnowledgeBase(options.site, options.knowledge)
-    except OntologyRejected as rejected:
-        if not options.json:
-            raise
-        told = [
-            {"file": str(p.file), "line": p.line, "code": p.code, "entity": p.entity, "message": p.message}
-            for p in rejected.problems
-        ]
-        print(json.dumps(told, indent=2, ensure_ascii=False))
-        return REFUSED
-    files = knowledge.snapshot().ontology.files.files
-    knowledge.close()
-    print("[]" if options.json else f"{options.site}: {len(files)} files, no problems")
-    return OK
-
-
 def _png(name: str) -> Path:
     if not name.endswith(".png"):
         raise argparse.ArgumentTypeError(f"{name!r} is no picture that can be drawn; give a name that ends in .png")
@@ -442,10 +429,6 @@ def _next_free(folder: Path, task: str) -> Path:
     while (folder / f"{task}-{number}").exists():
         number += 1
     return folder / f"{task}-{number}"
-
-
-def _complain(message: str) -> None:
-    print(message, file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -46,10 +46,11 @@ class Requested:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KnowledgeWasRead:
-    """The task has its snapshot."""
+    """The task has its snapshot, of a revision by its number."""
 
     task: str
     facts_told: int
+    revision: int = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,11 +90,13 @@ class ActionsAreReady:
 
     Attributes:
         change: The change that it was told of, if that is why it says so.
+        cause: The action that has succeeded, if that is why.
     """
 
     task: str
     progress: Progress
     change: str = ""
+    cause: Action | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,6 +138,55 @@ class FactWasTold:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class NewKnowledge:
+    """A revision that may come into force, as far as tasks are concerned.
+
+    Attributes:
+        revision: Its number.
+        digest: Hash of its files.
+        folder: Where they are, as it was given; empty where they need not be read again.
+        summary: What is different, in one clause.
+        changes: The same at length, in sentences.
+        earlier: It was in force before.
+        removed: Individuals that it does not know any more.
+        keeping: Why tasks that are underway finish under the revision they have, by name; the others go over.
+        unfit: Why queued tasks make no sense under it, by name.
+    """
+
+    revision: int
+    digest: str
+    folder: str
+    summary: str
+    changes: tuple[str, ...]
+    earlier: bool
+    removed: frozenset[str]
+    keeping: Mapping[str, str]
+    unfit: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnowledgeWasProposed:
+    """Files were read and can be used; nothing has changed."""
+
+    knowledge: NewKnowledge
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnowledgeWasRejected:
+    """Files were read and cannot be used."""
+
+    folder: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnowledgeWasAccepted:
+    """A person, or who watches a folder for one, wants a proposed revision to be in force."""
+
+    knowledge: NewKnowledge
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CancelRequested:
     """A person wants a task to end."""
 
@@ -151,6 +203,9 @@ Event: TypeAlias = (
     | OutcomeArrived
     | FailureWasReported
     | FactWasTold
+    | KnowledgeWasProposed
+    | KnowledgeWasRejected
+    | KnowledgeWasAccepted
     | CancelRequested
 )
 
@@ -222,12 +277,32 @@ class ReportChange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tell:
-    """Tell the knowledge base a fact; `task` is empty if a person tells it."""
+    """Tell the knowledge base a fact.
+
+    Attributes:
+        task: Whose effect it is; empty if a person tells it.
+        source: The action or process whose effect it is; None if a person tells it.
+    """
 
     task: str
     prop: str
     subject: str
     value: Value
+    source: Action | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AdoptKnowledge:
+    """Put the proposed revision in force."""
+
+    revision: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RebaseTask:
+    """Let the rest of a task go on under the revision in force: ActionsAreReady follows."""
+
+    task: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -257,6 +332,8 @@ Command: TypeAlias = (
     | ReportOutcome
     | ReportChange
     | Tell
+    | AdoptKnowledge
+    | RebaseTask
     | Record
     | FinishTask
 )

@@ -18,28 +18,44 @@ from typing import Self
 from executive import events
 from executive.errors import BadRequest
 from executive.goals import check_goal, recipe_file, store_recipe
+from executive.live import KnowledgeProposal
 from executive.request import TaskRequest, check_fact, check_request
 from executive.shell import TaskResult
 from executive.trace import TraceEvent
 from executive.wiring import Parts, open_simulated
-from kb.clock import Clock
-from kb.errors import InternalError
+from grounding.inprocess import Handler
+from kb.errors import ConcertmasterError, InternalError
+from kb.history import Fact, Known
 from planner.classical_goal import GoalPlan
 from planner.explain import Explainer
 from planner.plan import Plan
 from planner.planner import EFFORT
 
 
-def _let_time_pass(clock: Clock, until_s: float, done: Callable[[], bool]) -> None:
+def _run_until(parts: Parts, done: Callable[[], bool]) -> bool:
+    """Let everything happen until `done()`; what watched folders bring comes in between two events.
+
+    Returns:
+        False if nothing is left that could make it so.
+    """
+
+    def is_done() -> bool:
+        parts.live.take_found()
+        return done()
+
+    return parts.clock.run_until(is_done)
+
+
+def _let_time_pass(parts: Parts, until_s: float, done: Callable[[], bool]) -> None:
     """Let everything happen that happens up to a time, or until `done()`; a time that is past is now."""
-    reached = False
+    reached, clock = False, parts.clock
 
     def reach() -> None:
         nonlocal reached
         reached = True
 
     clock.call_at(max(until_s, clock.now_s), reach)
-    clock.run_until(lambda: reached or done())
+    _run_until(parts, lambda: reached or done())
 
 
 class TaskHandle:
@@ -64,14 +80,14 @@ class TaskHandle:
             How it ended: completed, failed, refused (no robot is capable) or canceled, with the reason.
         """
         results = self._parts.shell.results
-        if not self._parts.clock.run_until(lambda: self.name in results):
+        if not _run_until(self._parts, lambda: self.name in results):
             raise InternalError(f"{self.name} has not ended, but nothing is left to happen")
         return results[self.name]
 
     def wait_until(self, t_s: float) -> TaskResult | None:
         """Let time pass until the task has ended or the clock shows `t_s`; the result if it has ended."""
         results = self._parts.shell.results
-        _let_time_pass(self._parts.clock, t_s, lambda: self.name in results)
+        _let_time_pass(self._parts, t_s, lambda: self.name in results)
         return results.get(self.name)
 
     def cancel(self) -> None:
@@ -96,6 +112,7 @@ class Fleet:
         knowledge: str | Path | None = None,
         seed: int | None = None,
         trace: Path | None = None,
+        services: Mapping[str, Handler] | None = None,
     ) -> Self:
         """Load the knowledge of a site and start its simulated robots.
 
@@ -106,11 +123,16 @@ class Fleet:
             knowledge: Folder of ontologies; the shipped ones if left out.
             seed: Of all chance in the simulator; the scenario's if left out.
             trace: Where to write the trace (JSON Lines); it is kept in memory in any case.
+            services: Compute services that the ontology grounds processes in, beside those of our own, by name: each
+                takes the fields of a request and gives those of the reply, or raises ServiceFailed.
 
         Raises:
             ConcertmasterError: Something given is not usable; nothing was started.
         """
-        return cls(open_simulated(site, scenario=scenario, knowledge=knowledge, seed=seed, trace=trace))
+        parts = open_simulated(
+            site, scenario=scenario, knowledge=knowledge, seed=seed, trace=trace, services=services or {}
+        )
+        return cls(parts)
 
     def request(self, process: str, /, *, robots: int | None = None, **arguments: str) -> TaskHandle:
         """File a task.
@@ -143,6 +165,81 @@ class Fleet:
         check_fact(prop, subject, value, self._parts.knowledge.snapshot())
         self._parts.shell.post(events.FactWasTold(prop=prop, subject=subject, value=value))
 
+    def propose_knowledge(self, folder: str | Path | None = None) -> KnowledgeProposal:
+        """Read a folder of ontologies beside the one in force and tell what would change; nothing does.
+
+        Args:
+            folder: The folder in force, with what has been saved there since, if left out.
+
+        Returns:
+            The difference, what becomes of told facts, and what it changes for each task that has not ended.
+
+        Raises:
+            BadRequest: The fleet is closed.
+            OntologyRejected: The files are wrong; file, line, entity and code of each fault.
+            ConcertmasterError: The files say what the world has not: a robot, a service, a field of one.
+        """
+        self._require_open("knowledge", "no knowledge can be proposed")
+        return self._parts.live.propose(None if folder is None else Path(folder))
+
+    def accept_knowledge(self, proposal: KnowledgeProposal) -> None:
+        """Put proposed knowledge in force, between two actions.
+
+        Queued tasks will use it. Tasks underway go over to it if their programs are the same, and finish under the
+        revision they began with otherwise; the trace tells which. Actions that are running end as they began.
+
+        Raises:
+            BadRequest: The fleet is closed.
+            ProposalOutdated: Something else has been proposed since, or has come into force.
+            KnowledgeInUse: A task underway uses a robot, or anything else, that it does not know.
+        """
+        self._require_open("knowledge", "no knowledge can be accepted")
+        self._parts.live.accept(proposal)
+
+    def roll_back_knowledge(self, revision: int) -> KnowledgeProposal:
+        """Put an earlier revision in force again, by its number; errors as for `accept_knowledge`.
+
+        Raises:
+            UnknownRevision: It never was in force, or is now.
+        """
+        self._require_open("knowledge", "no knowledge can be rolled back")
+        return self._parts.live.roll_back(revision)
+
+    def watch_knowledge(
+        self,
+        folder: str | Path | None = None,
+        *,
+        on_change: Callable[[KnowledgeProposal | ConcertmasterError], None] = lambda found: None,
+    ) -> None:
+        """Put in force whatever is saved in a folder, as long as the fleet is open and time passes.
+
+        Args:
+            folder: The folder in force if left out.
+            on_change: Told what came into force, or why something did not.
+
+        Raises:
+            BadRequest: The fleet is closed.
+            FileNotFoundError: There is no such folder.
+        """
+        self._require_open("knowledge", "no folder can be watched")
+        self._parts.live.watch(None if folder is None else Path(folder), on_change)
+
+    def history(self, prop: str | None = None, subject: str | None = None) -> tuple[Fact, ...]:
+        """What was told of a property, of an individual, or at all, in order: when, by whom, what was so before."""
+        return self._parts.knowledge.history(prop, subject)
+
+    def known_at(self, t_s: float) -> Mapping[tuple[str, str], Known]:
+        """What was known at a time, by (property, individual).
+
+        Raises:
+            HistoryForgotten: More facts than are kept have been told since.
+        """
+        return self._parts.knowledge.known_at(t_s)
+
+    def _require_open(self, what: str, told: str) -> None:
+        if not self._is_open:
+            raise BadRequest(what, f"{told}: this fleet is closed; open another")
+
     def _file(self, kind: str, request: TaskRequest) -> TaskHandle:
         count = self._counts.get(kind, 0) + 1
         self._counts[kind] = count
@@ -172,25 +269,29 @@ class Fleet:
         """
         return self._parts.shell.plan_goal(self._checked_goal(goal))
 
-    def check_recipe(self, name: str, folder: Path) -> None:
+    def check_recipe(self, name: str, folder: Path, *, realizes: str = "") -> None:
         """Check that a recipe can be kept under a name; errors as for `store_recipe`."""
-        recipe_file(name, folder, self._parts.knowledge.snapshot())
+        recipe_file(name, folder, self._parts.knowledge.snapshot(), realizes=realizes)
 
-    def store_recipe(self, plan: GoalPlan, name: str, folder: Path) -> Path:
+    def store_recipe(self, plan: GoalPlan, name: str, folder: Path, *, realizes: str = "") -> Path:
         """Keep what leads to a goal as a recipe; what the goal names is asked for, the rest is chosen each time.
 
         Args:
             name: Of the process that it becomes, such as `FindBoth`.
             folder: Of ontologies; not the shipped one.
+            realizes: The task type that it is a way to accomplish, such as `SeeDrink`, or `SeeDrink(drink=drink_1)`
+                where it is not plain which individual stands for which input.
 
         Returns:
             The file. A site has to import it so that the recipe is known there.
 
         Raises:
-            BadGoal: The plan has no steps, or the name is no new name of a process.
+            BadGoal: The plan has no steps, the name is no new name of a process, or the recipe is no way to accomplish
+                the task type.
             BadRequest: The folder is none of ontologies, or the one that is shipped, or has such a file.
         """
-        return store_recipe(plan, name, folder, self._parts.knowledge.snapshot())
+        snapshot = self._parts.knowledge.snapshot()
+        return store_recipe(plan, name, folder, snapshot, t_s=self.now_s, realizes=realizes)
 
     def plan(
         self,
@@ -244,7 +345,7 @@ class Fleet:
 
     def let_time_pass(self, until_s: float) -> None:
         """Let everything happen that happens up to a time."""
-        _let_time_pass(self._parts.clock, until_s, lambda: False)
+        _let_time_pass(self._parts, until_s, lambda: False)
 
     @property
     def parts(self) -> Parts:
@@ -260,6 +361,7 @@ class Fleet:
             closing.callback(self._parts.knowledge.close)
             closing.callback(self._parts.simulation.close)
             closing.callback(self._parts.shell.recorder.close)
+            closing.callback(self._parts.live.close)
             for task in reversed(self._parts.shell.unfinished):  # the last first, or the next would begin
                 self._parts.shell.post(events.CancelRequested(task=task))
 

@@ -18,6 +18,7 @@ from kb.vocabulary import Kind
 from planner.classical_goal import Goal, GoalPlan, parse_goal
 from planner.classical_operators import KNOWN
 from planner.classical_process import PROCESS
+from planner.classical_realizes import asked_task
 from planner.classical_recipe import as_owl, check_name, file_name
 
 
@@ -72,17 +73,20 @@ def solve_goal(
     return solve(goal, replace(snapshot, fluents={**snapshot.fluents, **known}), travel)
 
 
-def recipe_file(name: str, folder: Path, snapshot: Snapshot) -> Path:
+def recipe_file(name: str, folder: Path, snapshot: Snapshot, *, realizes: str = "") -> Path:
     """Where a recipe of this name is to be kept.
 
     Args:
         folder: Of ontologies: with `tasks` in it.
+        realizes: The task type that it is to accomplish, as for `planner.classical_recipe.as_owl`.
 
     Raises:
-        BadGoal: The name is no new name of a process.
+        BadGoal: The name is no new name of a process, or what it is to accomplish is no task type for it.
         BadRequest: The folder is none of ontologies, or the one that is shipped, or has such a file.
     """
     check_name(name, snapshot)
+    if realizes:
+        asked_task(realizes, snapshot)
     if folder.resolve().is_relative_to(SHIPPED):
         told = "the shipped ontologies are not changed; copy them, and give the folder of the copy"
         raise BadRequest("folder", f"{folder} is where the shipped ontologies are: {told}")
@@ -94,15 +98,21 @@ def recipe_file(name: str, folder: Path, snapshot: Snapshot) -> Path:
     return file
 
 
-def store_recipe(plan: GoalPlan, name: str, folder: Path, snapshot: Snapshot) -> Path:
+def store_recipe(
+    plan: GoalPlan, name: str, folder: Path, snapshot: Snapshot, *, t_s: float, realizes: str = ""
+) -> Path:
     """Keep a plan as a recipe; returns the file, which a site has to import so that the recipe is known there.
 
+    Args:
+        t_s: Time now.
+        realizes: The task type that it is a way to accomplish; none if empty.
+
     Raises:
-        BadGoal: The plan has no steps; or as for `recipe_file`.
+        BadGoal: The plan has no steps, or its inputs are not those of the task type; or as for `recipe_file`.
         BadRequest: As for `recipe_file`.
     """
-    file = recipe_file(name, folder, snapshot)
-    text = as_owl(plan, name, snapshot)
+    file = recipe_file(name, folder, snapshot, realizes=realizes)
+    text = as_owl(plan, name, snapshot, kept_at_s=t_s, realizes=realizes)
     with file.open("x", encoding="utf-8") as stream:  # x: not over a file that has come meanwhile
         stream.write(text)
     return file

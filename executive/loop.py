@@ -25,6 +25,7 @@ from typing import TypeAlias, assert_never
 from executive import trace
 from executive.events import (
     ActionsAreReady,
+    AdoptKnowledge,
     AskActions,
     CancelRequested,
     Command,
@@ -34,12 +35,17 @@ from executive.events import (
     FailureWasReported,
     FinishTask,
     GoalWasSolved,
+    KnowledgeWasAccepted,
+    KnowledgeWasProposed,
     KnowledgeWasRead,
+    KnowledgeWasRejected,
     MakePlan,
+    NewKnowledge,
     OutcomeArrived,
     PlanWasMade,
     ProgramWasCompiled,
     ReadKnowledge,
+    RebaseTask,
     Record,
     ReportChange,
     ReportOutcome,
@@ -63,6 +69,8 @@ class Task:
     Attributes:
         trouble: What has failed so far; empty as long as nothing has.
         awaited_plans: How many plans are still to come: the first, and one for each failure.
+        revision: Number of the revision of the knowledge that it is done under; 0 before it is underway.
+        robots: Who takes part in the plan that was made last.
         limits_s: How long composite steps of the plan may take, by id.
         deadlines: Those that have begun: what they are, and when they have failed, by id.
     """
@@ -73,6 +81,8 @@ class Task:
     accepted_s: float
     trouble: str = ""
     awaited_plans: int = 1
+    revision: int = 0
+    robots: frozenset[str] = frozenset()
     limits_s: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     deadlines: Mapping[str, tuple[Action, float]] = field(default_factory=lambda: MappingProxyType({}))
 
@@ -111,7 +121,9 @@ def step(state: State, event: Event, now_s: float) -> Step:
         case Requested():
             return _accept(state, event, now_s)
         case KnowledgeWasRead(task=task):
-            read = trace.KnowledgeRead(t_s=now_s, task=task, facts_told=event.facts_told)
+            read = trace.KnowledgeRead(t_s=now_s, task=task, facts_told=event.facts_told, revision=event.revision)
+            if task in state.tasks:
+                state = _with_task(state, replace(state.tasks[task], revision=event.revision))
             has_goal = task in state.tasks and state.tasks[task].request.goal is not None
             following = SolveGoal(task=task) if has_goal else CompileProgram(task=task)
             return _if_alive(state, task, [Record(event=read), following])
@@ -132,6 +144,17 @@ def step(state: State, event: Event, now_s: float) -> Step:
             told = Tell(task="", prop=event.prop, subject=event.subject, value=event.value)
             underway = [t.name for t in state.tasks.values() if t.status is TaskStatus.UNDERWAY]
             return state, [told, *(ReportChange(task=name, change=event) for name in underway)]
+        case KnowledgeWasProposed(knowledge=new):
+            changes = [*new.changes, *(f"{task} would be refused: {why}" for task, why in new.unfit.items())]
+            proposed = trace.KnowledgeProposed(
+                t_s=now_s, revision=new.revision, knowledge=new.digest, folder=new.folder, changes=changes
+            )
+            return state, [Record(event=proposed)]
+        case KnowledgeWasRejected():
+            wrong = trace.KnowledgeRefused(t_s=now_s, revision=0, folder=event.folder, reason=event.reason)
+            return state, [Record(event=wrong)]
+        case KnowledgeWasAccepted():
+            return _adopt(state, event.knowledge, now_s)
         case CancelRequested(task=task):
             return _finish(state, task, TaskStatus.CANCELED, "canceled by request", now_s)
         case _:
@@ -216,13 +239,15 @@ def _take_plan(state: State, event: PlanWasMade, now_s: float) -> Step:
                 (p.phase, round(p.effort, 3), p.nodes, p.pruned, p.makespan_s, p.lower_bound_s) for p in plan.history
             ],
         )
-        planned = replace(task, limits_s=event.limits_s)
+        robots = frozenset(robot for s in plan.steps for robot in s.action.robots)
+        planned = replace(task, limits_s=event.limits_s, robots=robots)
         return _with_task(state, planned), [Record(event=made), AskActions(task=task.name)]
     if task.awaited_plans > 0:  # something has happened since: the plan for that is still to come
         return _with_task(state, task), []
     reason = "; ".join([*([task.trouble] if task.trouble else []), plan.reason, *event.lacking])
     failed = trace.PlanFailed(t_s=now_s, task=task.name, status=plan.status, reason=reason)
-    status = TaskStatus.FAILED if task.trouble else TaskStatus.REFUSED
+    begun = bool(task.trouble or task.robots)
+    status = TaskStatus.FAILED if begun else TaskStatus.REFUSED
     state, commands = _finish(state, task.name, status, reason, now_s)
     return state, [Record(event=failed), *commands]
 
@@ -231,8 +256,9 @@ def _start_actions(state: State, event: ActionsAreReady, now_s: float) -> Step:
     if event.task not in state.tasks:
         return state, []
     commands: list[Command] = []
-    for happened in event.progress.events:
-        state, more = _take_progress(state, event.task, happened, now_s)
+    sources = _sources(event)
+    for happened, source in zip(event.progress.events, sources, strict=True):
+        state, more = _take_progress(state, event.task, happened, source, now_s)
         commands += more
     if event.progress.done:
         state, ending = _finish(state, event.task, TaskStatus.COMPLETED, "everything asked for is done", now_s)
@@ -252,7 +278,19 @@ def _start_actions(state: State, event: ActionsAreReady, now_s: float) -> Step:
     return state, commands
 
 
-def _take_progress(state: State, name: str, happened: StepEvent, now_s: float) -> Step:
+def _sources(event: ActionsAreReady) -> list[Action | None]:
+    """Whose effect each fact is that is told: of the action that has succeeded, or of the process that ends next."""
+    sources: list[Action | None] = []
+    ending, told = None, sum(isinstance(e, Told) for e in event.progress.events)
+    for happened in reversed(event.progress.events):
+        if isinstance(happened, Ended):
+            ending = happened.action
+        told -= isinstance(happened, Told)
+        sources.append(event.cause if told < event.progress.own else ending)
+    return sources[::-1]
+
+
+def _take_progress(state: State, name: str, happened: StepEvent, source: Action | None, now_s: float) -> Step:
     task = state.tasks[name]
     match happened:
         case Begun(action=action):
@@ -268,7 +306,8 @@ def _take_progress(state: State, name: str, happened: StepEvent, now_s: float) -
                 state = _with_task(state, replace(task, deadlines=deadlines))
             return state, [Record(event=ended)]
         case Told():
-            return state, [Tell(task=name, prop=happened.prop, subject=happened.subject, value=happened.value)]
+            told = Tell(task=name, prop=happened.prop, subject=happened.subject, value=happened.value, source=source)
+            return state, [told]
         case Started(action=action):
             return _start_action(state, task, action, now_s)
         case Abandoned(action=action):
@@ -351,6 +390,55 @@ def _recover(state: State, event: FailureWasReported, now_s: float) -> Step:
     reason = f"{task.trouble}; {event.excluded} is not tried again for this"
     anew = trace.Replanned(t_s=now_s, task=task.name, reason=reason)
     return state, [Record(event=anew), MakePlan(task=task.name)]
+
+
+def _adopt(state: State, new: NewKnowledge, now_s: float) -> Step:
+    """Another revision comes into force, between two events: never in the middle of one, and actions go on as begun.
+
+    Tasks that are underway go over to it if their programs are the same; queued ones that make no sense under it are
+    refused. If a robot or anything else is gone that a task uses, all stays as it is.
+    """
+    used = _in_use(state, new)
+    if used:
+        reason = f"revision {new.revision} does not know {used}"
+        refused = trace.KnowledgeRefused(t_s=now_s, revision=new.revision, folder=new.folder, reason=reason)
+        return state, [Record(event=refused)]
+    kind = trace.KnowledgeRolledBack if new.earlier else trace.KnowledgeAccepted
+    adopted = kind(t_s=now_s, revision=new.revision, knowledge=new.digest, reason=new.summary)
+    commands: list[Command] = [Record(event=adopted), AdoptKnowledge(revision=new.revision)]
+    for task in list(state.tasks.values()):
+        if task.status is TaskStatus.UNDERWAY:
+            state, more = _carry_over(state, task, new, now_s)
+        elif task.name in new.unfit:
+            state, more = _finish(state, task.name, TaskStatus.REFUSED, new.unfit[task.name], now_s)
+        else:
+            more = []
+        commands += more
+    return state, commands
+
+
+def _in_use(state: State, new: NewKnowledge) -> str:
+    """What a task uses of what would be missing, and which task; empty if nothing is."""
+    for task in state.tasks.values():
+        if task.status is TaskStatus.UNDERWAY:
+            leased = {
+                r for running in state.running.values() if running.task == task.name for r in running.action.robots
+            }
+            gone = new.removed & (task.robots | leased | set(task.request.arguments.values()))
+            if gone:
+                return f"{', '.join(sorted(gone))}, used by {task.name}; let it end, or cancel it"
+    return ""
+
+
+def _carry_over(state: State, task: Task, new: NewKnowledge, now_s: float) -> Step:
+    if task.name in new.keeping:
+        reason = new.keeping[task.name]
+        kept = trace.TaskCarriedOver(t_s=now_s, task=task.name, revision=task.revision, reason=reason)
+        return state, [Record(event=kept)]
+    reason = "what it may come to is done in the same way"
+    over = trace.TaskCarriedOver(t_s=now_s, task=task.name, revision=new.revision, reason=reason)
+    state = _with_task(state, replace(task, revision=new.revision))
+    return state, [Record(event=over), RebaseTask(task=task.name)]
 
 
 def _finish(state: State, name: str, status: TaskStatus, reason: str, now_s: float) -> Step:

@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import zip_longest
 from pathlib import Path
 
 from executive.errors import BadTrace
 from executive.events import TaskStatus
 from executive.fleet import Fleet, TaskHandle
-from executive.trace import FactsTold, FleetOpened, TaskAccepted, TaskStatusChanged, TraceEvent, to_json
+from executive.live import KnowledgeInUse, KnowledgeProposal
+from executive.trace import (
+    FactsTold,
+    FleetOpened,
+    KnowledgeAccepted,
+    KnowledgeProposed,
+    KnowledgeRefused,
+    KnowledgeRolledBack,
+    TaskAccepted,
+    TaskStatusChanged,
+    TraceEvent,
+    to_json,
+)
+from kb.history import SourceKind
 
 
 def scenario_of(named: str) -> str | Path:
@@ -35,10 +49,12 @@ def first_difference(events: Sequence[TraceEvent], knowledge: Path) -> str:
         raise BadTrace("trace", 1, "does not begin with fleet_opened, so it is not known what to do again")
     with Fleet.open(opened.site, scenario=scenario_of(opened.scenario), knowledge=knowledge, seed=opened.seed) as fleet:
         tasks: dict[str, TaskHandle] = {}
+        proposed: KnowledgeProposal | None = None
         for event in filter(_is_of_a_person, events):
             fleet.parts.clock.call_at(max(event.t_s, 0.0), _look_up)
         for number, event in enumerate(events):
-            if _is_of_a_person(event):
+            by_person = _is_of_a_person(event)
+            if by_person:
                 _go_on(fleet, number, event.t_s)
             match event:
                 case TaskAccepted():
@@ -53,8 +69,10 @@ def first_difference(events: Sequence[TraceEvent], knowledge: Path) -> str:
                     if event.task not in tasks:
                         raise BadTrace("trace", 0, f"tells of the end of {event.task}, but not that it was accepted")
                     tasks[event.task].cancel()
-                case FactsTold(prop=prop, subject=subject, value=str() | float() | bool() as value) if not event.task:
+                case FactsTold(prop=prop, subject=subject, value=str() | float() | bool() as value) if by_person:
                     fleet.tell(prop, subject, value)
+                case KnowledgeProposed() | KnowledgeAccepted() | KnowledgeRolledBack() | KnowledgeRefused():
+                    proposed = _change_knowledge(fleet, event, number, proposed)
                 case _:
                     pass
         for task in tasks.values():
@@ -68,6 +86,35 @@ def first_difference(events: Sequence[TraceEvent], knowledge: Path) -> str:
     return ""
 
 
+def _change_knowledge(
+    fleet: Fleet,
+    event: KnowledgeProposed | KnowledgeAccepted | KnowledgeRolledBack | KnowledgeRefused,
+    number: int,
+    proposed: KnowledgeProposal | None,
+) -> KnowledgeProposal | None:
+    """Propose, accept or refuse knowledge as a person did, or who watched a folder; what is proposed then."""
+    live, known = fleet.parts.live, fleet.parts.knowledge
+    match event:
+        case KnowledgeProposed() if event.revision in {r.number for r in known.revisions}:
+            return live.propose_earlier(event.revision)
+        case KnowledgeProposed():
+            found = known.read(Path(event.folder)).digest
+            if found != event.knowledge:
+                told = f"revision {event.revision} was read from {event.folder}, whose files are others now"
+                raise BadTrace(
+                    "trace", number + 1, f"cannot be repeated: {told} (hash {found}, then {event.knowledge})"
+                )
+            return live.propose(Path(event.folder))
+        case KnowledgeRefused(revision=0):
+            live.reject(event.folder, event.reason)  # what was wrong is not in the folder any more
+        case _:
+            if proposed is None:
+                raise BadTrace("trace", number + 1, f"tells of revision {event.revision}, but not that it was proposed")
+            with suppress(KnowledgeInUse):  # refused then, and again
+                live.accept(proposed)
+    return proposed
+
+
 def _is_of_a_person(event: TraceEvent) -> bool:
     """Whether a person stepped in there."""
     match event:
@@ -76,7 +123,9 @@ def _is_of_a_person(event: TraceEvent) -> bool:
         case TaskStatusChanged():
             return event.status == TaskStatus.CANCELED
         case FactsTold():
-            return not event.task
+            return not event.task and event.source in ("", SourceKind.PERSON)  # of old traces, the source is not known
+        case KnowledgeProposed() | KnowledgeAccepted() | KnowledgeRolledBack() | KnowledgeRefused():
+            return True
         case _:
             return False
 

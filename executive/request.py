@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from executive.errors import BadRequest
 from kb.ontology import fluent_properties
-from kb.processes import Process
+from kb.processes import Parameter, Process
 from kb.store import Snapshot
 from kb.vocabulary import Kind
 from planner.classical_goal import Goal
@@ -52,12 +52,11 @@ def check_request(process: str, arguments: Mapping[str, object], robots: object,
                 name, f"{process} needs the argument {name!r}, {_a(parameter.kind)}; it takes {_signature(found)}"
             )
         if parameter.is_datum:
-            raise BadRequest(
-                name, f"{process} needs {name!r}, which only another step can make; ask for a task instead"
-            )
+            checked[name] = _text(arguments[name], name, parameter, process, snapshot)
+            continue
         checked[name] = _individual(arguments[name], name, parameter.kind, process, snapshot)
     fleet = snapshot.ontology.individuals(Kind.ROBOT)
-    limit = len(fleet) if robots is None else robots
+    limit = max(1, len(fleet)) if robots is None else robots  # without robots, there may be services to ask
     if isinstance(limit, bool) or not isinstance(limit, int) or limit < 1:
         raise BadRequest(
             "robots", f"robots={limit!r} is no upper limit of robots; give a number from 1 to {len(fleet)}"
@@ -99,6 +98,15 @@ def _sort(value: object) -> str:
             return "individuals"
         case _:
             return type(value).__name__
+
+
+def _text(value: object, name: str, parameter: Parameter, process: str, snapshot: Snapshot) -> str:
+    """A datum that a person can give: a text, as it is."""
+    if Kind.TEXT not in snapshot.ontology.superclasses.get(parameter.kind, ()):
+        raise BadRequest(name, f"{process} needs {name!r}, which only another step can make; ask for a task instead")
+    if not isinstance(value, str):
+        raise BadRequest(name, f"{name}={value!r} of {process} is a {type(value).__name__}; give a text")
+    return value
 
 
 def _individual(value: object, name: str, kind: str, process: str, snapshot: Snapshot) -> str:

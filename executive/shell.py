@@ -16,13 +16,18 @@ from executive import events, loop, trace
 from executive.goals import solve_goal
 from executive.recorder import Recorder
 from executive.request import TaskRequest
+from executive.revising import Unfinished
+from executive.shown import lacking, shown, shown_output
 from executive.travel import travel_times
 from grounding.errors import GroundingError
 from grounding.ground import ground
-from grounding.messages import PointStamped, PoseStamped, xyyaw
+from grounding.messages import PoseStamped
 from grounding.outcome import Outcome, interpret, refused, timed_out
 from grounding.transport import ServiceReply, Transport
 from kb.clock import Clock
+from kb.difference import concerned
+from kb.history import Source, SourceKind
+from kb.revisions import CarryOver, Revision
 from kb.store import KnowledgeBase, Snapshot
 from kb.terms import Action, Data, Fluent
 from kb.vocabulary import Property
@@ -31,13 +36,16 @@ from planner.classical_process import GoalProcess
 from planner.explain import Explainer
 from planner.network import Travel
 from planner.plan import Plan
-from planner.planner import EFFORT, Exclusion, Session, TravelTimes
+from planner.planner import EFFORT, Session, TravelTimes
 
 PLANNING_S = 0.5
 """Under simulated time, making a plan takes so long (about 0.3 s on two slow cores, most of it travel times)."""
 
 DECIDING_S = 0.001
 """Under simulated time, each decision of what may start now takes so long."""
+
+FORECAST_EFFORT = 1.0
+"""Budget for planning a task to see what another revision changes for it, in deterministic seconds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,6 +76,9 @@ class Shell:
         self.results: dict[str, TaskResult] = {}
         self._knowledge = knowledge
         self._transport = transport
+        self._last_change: tuple[Revision, Revision, CarryOver] | None = None
+        self._keys: dict[str, str] = {}
+        self._held: dict[str, Snapshot] = {}
         self._state = loop.State()
         self._queue: deque[events.Event] = deque()
         self._taking_events = False
@@ -105,6 +116,24 @@ class Shell:
         """The tasks that have not ended, in order of arrival."""
         return tuple(self._state.tasks)
 
+    @property
+    def unfinished_tasks(self) -> list[Unfinished]:
+        """The same with what is left of each."""
+        return [
+            Unfinished(
+                name=name,
+                status=task.status,
+                request=task.request,
+                snapshot=self._snapshots.get(name),
+                session=self._sessions.get(name),
+            )
+            for name, task in self._state.tasks.items()
+        ]
+
+    def forecast(self, session: Session, snapshot: Snapshot) -> tuple[Plan, tuple[str, ...]]:
+        """Plan what a session has left under a snapshot, roughly; with the capabilities that robots lack for it."""
+        return self._made_plan(session, snapshot, FORECAST_EFFORT)
+
     def plan(
         self,
         request: TaskRequest,
@@ -125,10 +154,8 @@ class Shell:
         session = Session(
             key, snapshot, request.process, request.arguments, robots=request.robots, now_s=self.clock.now_s
         )
-        try:
-            return self._made_plan(session, effort, stop, on_plan)
-        finally:
-            session.close()
+        with self._knowledge.in_use(snapshot), closing(session):
+            return self._made_plan(session, snapshot, effort, stop, on_plan)
 
     def plan_goal(self, request: TaskRequest) -> tuple[GoalPlan, Plan | None]:
         """Plan what leads to a goal without doing it; without a plan, if there is nothing to do or none."""
@@ -140,7 +167,7 @@ class Shell:
             own, key = process.snapshot, f"plan@{process.snapshot.revision}"
             now_s = self.clock.now_s
             with closing(Session(key, own, request.process, {}, robots=request.robots, now_s=now_s)) as session:
-                return found, self._made_plan(session)[0]
+                return found, self._made_plan(session, own)[0]
 
     @contextmanager
     def explaining(self, request: TaskRequest) -> Iterator[tuple[Plan, Explainer]]:
@@ -148,9 +175,9 @@ class Shell:
         snapshot = self._knowledge.snapshot()
         key, now_s = f"explain@{snapshot.revision}", self.clock.now_s  # no two fleets share a revision
         session = Session(key, snapshot, request.process, request.arguments, robots=request.robots, now_s=now_s)
-        with closing(session):
+        with self._knowledge.in_use(snapshot), closing(session):
             explainer = Explainer(session, self._travel_times(snapshot), now_s=now_s + PLANNING_S)
-            yield self._made_plan(session)[0], explainer
+            yield self._made_plan(session, snapshot)[0], explainer
 
     def _solved(self, request: TaskRequest, snapshot: Snapshot) -> GoalPlan:
         assert request.goal is not None
@@ -169,9 +196,10 @@ class Shell:
                 self.recorder.record(event)
             case events.ReadKnowledge(task=task, request=request):
                 snapshot = self._knowledge.snapshot()
-                self._snapshots[task] = snapshot
+                self._hold(task, snapshot)
                 self._requests[task] = request
-                self.post(events.KnowledgeWasRead(task=task, facts_told=snapshot.state))
+                read = events.KnowledgeWasRead(task=task, facts_told=snapshot.state, revision=snapshot.number)
+                self.post(read)
             case events.SolveGoal(task=task):
                 self._solve(task)
             case events.CompileProgram(task=task):
@@ -189,6 +217,10 @@ class Shell:
                 self._report_change(task, change)
             case events.Tell():
                 self._tell(command)
+            case events.AdoptKnowledge(revision=revision):
+                self._adopt(revision)
+            case events.RebaseTask(task=task):
+                self._rebase(task)
             case events.FinishTask():
                 self._finish(command)
             case _:
@@ -205,20 +237,47 @@ class Shell:
     def _compile(self, task: str) -> None:
         snapshot, request = self._snapshots[task], self._requests[task]
         program = snapshot.program(request.process)
-        key = self._key(task)
+        key = self._keys[task] = f"{task}@{snapshot.revision}"  # no two fleets share a revision
         self._sessions[task] = Session(
             key, snapshot, request.process, request.arguments, robots=request.robots, now_s=self.clock.now_s
         )
         self.post(events.ProgramWasCompiled(task=task, program=program.text))
 
-    def _key(self, task: str) -> str:
-        """Names the task among those of all fleets of this process; no two fleets share a revision."""
-        return f"{task}@{self._snapshots[task].revision}"
+    def _hold(self, task: str, snapshot: Snapshot) -> None:
+        """From now on, a task is done under a snapshot."""
+        self._knowledge.hold(snapshot)
+        if task in self._held:
+            self._knowledge.let_go(self._held[task])
+        self._snapshots[task] = self._held[task] = snapshot
+
+    def _adopt(self, revision: int) -> None:
+        proposal = self._knowledge.proposal
+        assert proposal is not None, f"revision {revision} was not proposed"
+        t_s = self.clock.now_s
+        carry = self._knowledge.accept(proposal, t_s=t_s)
+        self._last_change = (proposal.base, proposal.revision, carry)
+        for (prop, subject), value in carry.changed.items():
+            self.recorder.record(
+                trace.FactsTold(t_s=t_s, task="", prop=prop, subject=subject, value=value, source=SourceKind.FILES)
+            )
+
+    def _rebase(self, task: str) -> None:
+        """The rest of a task under the revision that has just come into force."""
+        assert self._last_change is not None, "no revision has come into force"
+        old, new, carry = self._last_change
+        self._hold(task, snapshot := self._knowledge.snapshot())
+        why = concerned(self._requests[task].process, old, new, carry.changed)
+        then_s = self.clock.now_s + DECIDING_S
+        progress = self._sessions[task].rebased(snapshot, forgotten=carry.dropped, anew=bool(why), now_s=then_s)
+        what = f"revision {new.number} of the knowledge: {why or 'other individuals fit'}"
+        self._post_after(DECIDING_S, events.ActionsAreReady(task=task, progress=progress, change=what))
 
     def _plan(self, task: str) -> None:
-        plan, lacking = self._made_plan(self._sessions[task])
+        own, now = self._snapshots[task], self._knowledge.snapshot()
+        current = now if own.number == now.number else own  # what travels under an old revision stays there
+        plan, without = self._made_plan(self._sessions[task], current)
         self._plans[task] = plan
-        made = events.PlanWasMade(task=task, plan=plan, lacking=lacking, limits_s=self._limits_s(task, plan))
+        made = events.PlanWasMade(task=task, plan=plan, lacking=without, limits_s=self._limits_s(task, plan))
         self._post_after(PLANNING_S, made)
 
     def _limits_s(self, task: str, plan: Plan) -> dict[str, float]:
@@ -233,11 +292,12 @@ class Shell:
     def _made_plan(
         self,
         session: Session,
+        snapshot: Snapshot,
         effort: float = EFFORT,
         stop: Callable[[], bool] = lambda: False,
         on_plan: Callable[[Plan], None] = lambda plan: None,
     ) -> tuple[Plan, tuple[str, ...]]:
-        snapshot, now_s = self._knowledge.snapshot(), self.clock.now_s
+        now_s = self.clock.now_s
         plans = []
         for plan in session.plans(self._travel_times(snapshot), now_s=now_s + PLANNING_S, effort=effort, stop=stop):
             on_plan(plan)
@@ -245,7 +305,7 @@ class Shell:
         [plan] = plans
         if plan.solved:
             return plan, ()
-        return plan, _lacking(session.exclusions(), snapshot)
+        return plan, lacking(session.exclusions(), snapshot)
 
     def _travel_times(self, snapshot: Snapshot) -> TravelTimes:
         now_s = self.clock.now_s
@@ -268,10 +328,8 @@ class Shell:
             if number not in self._state.running:
                 return  # a late reply
             self._keep(action, outcome)
-            shown = {name: value for name, o in outcome.outputs.items() if (value := _shown(o)) is not None}
-            self.post(
-                events.OutcomeArrived(number=number, outcome=outcome, planned_s=grounding.duration_s, shown=shown)
-            )
+            seen = {name: value for name, o in outcome.outputs.items() if (value := shown(o)) is not None}
+            self.post(events.OutcomeArrived(number=number, outcome=outcome, planned_s=grounding.duration_s, shown=seen))
 
         try:
             call = ground(action, snapshot, self._messages, call_id=number, t_s=called_s)
@@ -308,7 +366,7 @@ class Shell:
         if outcome.succeeded:
             truths = {name: value for name, value in outcome.outputs.items() if isinstance(value, bool)}
             progress = session.succeeded(action, truths, now_s=then_s)
-            self._post_after(DECIDING_S, events.ActionsAreReady(task=task, progress=progress))
+            self._post_after(DECIDING_S, events.ActionsAreReady(task=task, progress=progress, cause=action))
         else:
             retry = session.failed(action, now_s=then_s)
             abandoned = tuple(a.id for a in retry.abandoned)
@@ -324,15 +382,28 @@ class Shell:
         self._post_after(DECIDING_S, events.ActionsAreReady(task=task, progress=progress, change=what))
 
     def _tell(self, fact: events.Tell) -> None:
+        t_s, by = self.clock.now_s, fact.source
+        if by is None:
+            source = Source(kind=SourceKind.PERSON)
+        else:
+            source = Source(kind=SourceKind.ACTION, task=fact.task, action=str(by), robot=by.robot or "")
         if isinstance(fact.value, Data | Fluent):
             message = self._messages.get(fact.value.place)
             self._messages[Fluent(fact.prop, fact.subject).place] = message
-            value: Any = _shown(message)
+            value: Any = shown(message)
         else:
-            self._knowledge.tell(fact.prop, fact.subject, fact.value)
+            self._knowledge.tell(fact.prop, fact.subject, fact.value, t_s=t_s, source=source)
             value = fact.value
         self.recorder.record(
-            trace.FactsTold(t_s=self.clock.now_s, task=fact.task, prop=fact.prop, subject=fact.subject, value=value)
+            trace.FactsTold(
+                t_s=t_s,
+                task=fact.task,
+                prop=fact.prop,
+                subject=fact.subject,
+                value=value,
+                source=source.action or source.kind,
+                robot=source.robot,
+            )
         )
 
     def _finish(self, finish: events.FinishTask) -> None:
@@ -353,59 +424,34 @@ class Shell:
                 status=finish.status,
                 reason=finish.reason,
                 took_s=finish.took_s,
-                outputs={name: _shown_output(value) for name, value in outputs.items()},
+                outputs={name: shown_output(value) for name, value in outputs.items()},
             )
         )
         if task in self._sessions:
             self._sessions.pop(task).close()
-            key = self._key(task)
+            key = self._keys.pop(task)
             self._messages = {p: m for p, m in self._messages.items() if not p.startswith(f"{key}/")}
         if task in self._goal_processes:
             self._goal_processes.pop(task).close()
         for kept in (self._snapshots, self._requests, self._plans, self._goals):
             kept.pop(task, None)
+        if task in self._held:
+            self._knowledge.let_go(self._held.pop(task))
 
     def _outputs(self, task: str) -> dict[str, Any]:
-        """What the task's process gives back: one message, or one for each turn of a for-each."""
+        """What the task's process, or a recipe of it, gives back: one message, or one for each turn of a for-each."""
         if task not in self._sessions:
             return {}
-        key, outputs = self._key(task), dict[str, Any]()
-        for parameter in self._snapshots[task].processes[self._requests[task].process].outputs:
+        key, snapshot, outputs = self._keys[task], self._snapshots[task], dict[str, Any]()
+        for parameter in snapshot.processes[self._requests[task].process].outputs:
             whole = self._messages.get(f"{key}/{parameter.name}")
             turns = {}
             for place, message in sorted(self._messages.items()):
                 match place.removeprefix(f"{key}/task/").split("/"):
-                    case [_, turn, name] if name == parameter.name:
-                        turns[turn] = message
+                    case [*recipes, _, turn, name] if name == parameter.name:
+                        if all(snapshot.ontology.values(Property.REALIZES, recipe) for recipe in recipes):
+                            turns[turn] = message
+                    case _:
+                        pass
             outputs[parameter.name] = turns or whole
         return outputs
-
-
-def _lacking(exclusions: Sequence[Exclusion], snapshot: Snapshot) -> tuple[str, ...]:
-    """Which robots lack what for which processes, a sentence for each robot and capability."""
-    processes: dict[tuple[str, str], list[str]] = {}
-    for excluded in exclusions:
-        processes.setdefault((excluded.robot, excluded.capability), []).append(excluded.process)
-    sentences = []
-    for (robot, capability), names in sorted(processes.items()):
-        means = snapshot.ontology.definition(capability)
-        told = f" ({means})" if means else ""
-        sentences.append(f"{robot} cannot do {' or '.join(sorted(names))}: it is no {capability}{told}")
-    return tuple(sentences)
-
-
-def _shown(message: object) -> bool | list[float] | None:
-    """A message as the trace shows it, if it does."""
-    match message:
-        case bool():
-            return message
-        case PoseStamped():
-            return [round(v, 6) for v in xyyaw(message.pose)]
-        case PointStamped():
-            return [round(v, 6) for v in (message.point.x, message.point.y, message.point.z)]
-        case _:
-            return None
-
-
-def _shown_output(value: Any) -> Any:
-    return {name: _shown(v) for name, v in value.items()} if isinstance(value, dict) else _shown(value)

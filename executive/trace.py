@@ -64,6 +64,7 @@ class KnowledgeRead:
     t_s: float
     task: str
     facts_told: int
+    revision: int = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -189,7 +190,10 @@ class ActionFinished:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FactsTold:
-    """What is true from now on, as the effect of an action or process, or as a person tells it (`task` is empty)."""
+    """What is true from now on: an effect of an action or process of a task, or what a person or the files tell.
+
+    Where it is no effect, `task` is empty.
+    """
 
     kind: ClassVar[Literal["facts_told"]] = "facts_told"
     t_s: float
@@ -197,6 +201,8 @@ class FactsTold:
     prop: str
     subject: str
     value: str | float | bool | list[float] | None
+    source: str = ""
+    robot: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -206,6 +212,62 @@ class Replanned:
     kind: ClassVar[Literal["replanned"]] = "replanned"
     t_s: float
     task: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnowledgeProposed:
+    """Files were read beside the revision in force and can be used; what would change, in sentences."""
+
+    kind: ClassVar[Literal["knowledge_proposed"]] = "knowledge_proposed"
+    t_s: float
+    revision: int
+    knowledge: str
+    folder: str
+    changes: list[str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnowledgeAccepted:
+    """A revision of the knowledge is in force from now on; what is different from the one before."""
+
+    kind: ClassVar[Literal["knowledge_accepted"]] = "knowledge_accepted"
+    t_s: float
+    revision: int
+    knowledge: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnowledgeRolledBack:
+    """An earlier revision of the knowledge is in force again; what is different from the one before."""
+
+    kind: ClassVar[Literal["knowledge_rolled_back"]] = "knowledge_rolled_back"
+    t_s: float
+    revision: int
+    knowledge: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnowledgeRefused:
+    """The revision in force stays: files are wrong (then `revision` is 0), or a task uses what would be missing."""
+
+    kind: ClassVar[Literal["knowledge_refused"]] = "knowledge_refused"
+    t_s: float
+    revision: int
+    folder: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskCarriedOver:
+    """Another revision came into force while a task was underway: under which one it goes on, and why."""
+
+    kind: ClassVar[Literal["task_carried_over"]] = "task_carried_over"
+    t_s: float
+    task: str
+    revision: int
     reason: str
 
 
@@ -238,6 +300,11 @@ TraceEvent: TypeAlias = (
     | ActionFinished
     | FactsTold
     | Replanned
+    | KnowledgeProposed
+    | KnowledgeAccepted
+    | KnowledgeRolledBack
+    | KnowledgeRefused
+    | TaskCarriedOver
     | TaskFinished
 )
 
@@ -328,6 +395,18 @@ def narrate(events: Iterable[TraceEvent]) -> Iterator[str]:
                 yield f"  now {event.prop}({event.subject}) = {event.value}"
             case Replanned():
                 yield f"{event.task} is planned anew at time {event.t_s:.2f}: {event.reason}"
+            case KnowledgeProposed():
+                origin = f", from {event.folder}" if event.folder else ", as it was before"
+                yield f"revision {event.revision} proposed at time {event.t_s:.2f}{origin}"
+                yield from (f"  {line}" for line in event.changes)
+            case KnowledgeAccepted():
+                yield f"revision {event.revision} in force at time {event.t_s:.2f}: {event.reason}"
+            case KnowledgeRolledBack():
+                yield f"revision {event.revision} in force again at time {event.t_s:.2f}: {event.reason}"
+            case KnowledgeRefused():
+                yield f"knowledge of {event.folder} refused at time {event.t_s:.2f}: {event.reason}"
+            case TaskCarriedOver():
+                yield f"  {event.task} goes on under revision {event.revision}: {event.reason}"
             case TaskFinished():
                 yield f"{event.task} {event.status} at time {event.t_s:.2f} after {event.took_s:.2f} s: {event.reason}"
             case _:

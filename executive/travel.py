@@ -10,6 +10,7 @@ from grounding.ground import field_of_individual, pose_of
 from grounding.messages import Float64MultiArray, Path, PoseStamped, header
 from grounding.runner import compute
 from kb.store import Snapshot
+from kb.vocabulary import Property
 from planner.network import NO_WAY, Milliseconds, Travel
 
 PLACES = "places"
@@ -28,6 +29,8 @@ def travel_times(
 ) -> Travel:
     """How long robots travel, from where each is and between places. Robots that travel alike are asked for at once.
 
+    What the service estimates counts `travelFactor` times, if a robot has one.
+
     Args:
         pose_of_robot: Where a robot believes it is.
         t_s: Time now.
@@ -35,6 +38,8 @@ def travel_times(
     Raises:
         ServiceFailed: The service cannot tell.
     """
+    if not snapshot.travel_estimates:  # nothing in this knowledge base travels
+        return Travel(places=(), profile={}, between=(), here={})
     [estimate] = snapshot.travel_estimates
     alike: dict[tuple[object, ...], list[str]] = {}
     for robot in robots:
@@ -44,17 +49,19 @@ def travel_times(
             else field_of_individual(robot, f, snapshot, process=estimate.service, t_s=t_s)
             for f in estimate.request
         )
-        alike.setdefault(tuple(fields), []).append(robot)
+        stated = snapshot.ontology.value(Property.TRAVEL_FACTOR, robot)
+        alike.setdefault((1.0 if stated is None else stated, *fields), []).append(robot)
     poses = [pose_of(place, snapshot, t_s=t_s) for place in places]
     profile: dict[str, int] = {}
     between: list[Milliseconds] = []
     here: dict[str, Milliseconds] = {}
-    for values, group in alike.items():
+    for (factor, *values), group in alike.items():
+        assert isinstance(factor, int | float)
         request: dict[str, object] = dict(zip((f.name for f in estimate.request), values, strict=True))
         request[PLACES] = Path(header=header("map", t_s), poses=[*map(pose_of_robot, group), *poses])
         seconds = compute(estimate.service, request, t_s=t_s)["seconds"]
         assert isinstance(seconds, Float64MultiArray)
-        table = _milliseconds(seconds, len(group) + len(places))[:, len(group) :]
+        table = _milliseconds(seconds, len(group) + len(places), factor)[:, len(group) :]
         for number, robot in enumerate(group):
             profile[robot] = len(between)
             here[robot] = table[number]
@@ -62,9 +69,9 @@ def travel_times(
     return Travel(places=tuple(places), profile=profile, between=tuple(between), here=here)
 
 
-def _milliseconds(seconds: Float64MultiArray, count: int) -> Milliseconds:
+def _milliseconds(seconds: Float64MultiArray, count: int, factor: float) -> Milliseconds:
     table = np.asarray(seconds.data, dtype=float).reshape(count, count)
     reached = np.isfinite(table)
     milliseconds: Milliseconds = np.full(table.shape, NO_WAY, dtype=np.int64)
-    milliseconds[reached] = np.rint(table[reached] * _MS_PER_S).astype(np.int64)
+    milliseconds[reached] = np.rint(table[reached] * (factor * _MS_PER_S)).astype(np.int64)
     return milliseconds

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 from executive.errors import BadRequest
+from executive.live import LiveKnowledge
 from executive.recorder import Recorder
 from executive.shell import Shell
 from executive.trace import FleetOpened
 from executive.travel import PLACES
 from grounding.errors import GroundingError
 from grounding.ground import pose_of
-from grounding.inprocess import InProcessTransport, Service
+from grounding.inprocess import Handler, InProcessTransport, Service
 from grounding.messages import OccupancyGrid, PoseStamped, is_type, xyyaw
-from grounding.runner import compute, compute_services, wrong_fields
+from grounding.runner import compute, compute_services, is_ours, wrong_fields
 from kb.clock import SimClock
 from kb.files import SHIPPED
+from kb.history import Source, SourceKind
 from kb.store import KnowledgeBase, Snapshot
 from kb.terms import Fluent
 from kb.vocabulary import Kind, Property
@@ -34,12 +37,22 @@ class Parts:
     shell: Shell
     clock: SimClock
     simulation: SimFleet
+    live: LiveKnowledge
 
 
 def open_simulated(
-    site: str, *, scenario: str | Path | None, knowledge: str | Path | None, seed: int | None, trace: Path | None
+    site: str,
+    *,
+    scenario: str | Path | None,
+    knowledge: str | Path | None,
+    seed: int | None,
+    trace: Path | None,
+    services: Mapping[str, Handler],
 ) -> Parts:
     """Load the knowledge of a site and start a simulated fleet there.
+
+    Args:
+        services: Compute services beside ours, by name; each takes as long as its process says.
 
     Raises:
         ConcertmasterError: The site, its ontology or the scenario is not usable; nothing was started.
@@ -53,14 +66,14 @@ def open_simulated(
         world = load_scenario(named)
         _check_names(base.snapshot(), world)
         for name, place in _told(world):
-            base.tell(Property.LOCATED_AT, name, place)
+            base.tell(Property.LOCATED_AT, name, place, source=Source(kind=SourceKind.SCENARIO))
         snapshot = base.snapshot()
         poses = {robot.name: _start_of(robot.name, snapshot) for robot in world.robots}
         clock = SimClock()
         starts = {name: xyyaw(pose.pose) for name, pose in poses.items()}
         simulation = SimFleet(world, starts=starts, clock=clock, seed=seed)
         on_error.callback(simulation.close)
-        transport = _transport(simulation, snapshot, clock)
+        transport = _transport(simulation, snapshot, clock, services)
         _check_groundings(snapshot, transport, list(poses))
         on_error.pop_all()
     recorder = Recorder(trace)
@@ -77,18 +90,46 @@ def open_simulated(
             seed=world.seed if seed is None else seed,
         )
     )
-    return Parts(knowledge=base, transport=transport, shell=shell, clock=clock, simulation=simulation)
+    live = LiveKnowledge(base, shell, SimulatedWorld(transport, clock, frozenset(poses)))
+    return Parts(knowledge=base, transport=transport, shell=shell, clock=clock, simulation=simulation, live=live)
 
 
-def _transport(simulation: SimFleet, snapshot: Snapshot, clock: SimClock) -> InProcessTransport:
+def _transport(
+    simulation: SimFleet, snapshot: Snapshot, clock: SimClock, services: Mapping[str, Handler]
+) -> InProcessTransport:
     """All services: those of the robots, and those that compute."""
     transport = InProcessTransport(clock)
     for name, service in simulation.services().items():
         transport.offer(name, Service(handler=service.handler, latency_s=service.latency_s))
+    _offer_compute(transport, snapshot, clock)
+    durations = {g.service: g.duration_s for g in snapshot.groundings.values()}
+    for name, handler in services.items():
+        transport.offer(name, Service(handler=handler, latency_s=durations.get(name, 0.0)))
+    return transport
+
+
+def _offer_compute(transport: InProcessTransport, snapshot: Snapshot, clock: SimClock) -> None:
     durations = {g.service: g.duration_s for g in snapshot.groundings.values() if not g.on_robot}
     for name, offered in compute_services(clock, durations).items():
         transport.offer(name, offered)
-    return transport
+
+
+class SimulatedWorld:
+    """Whether the simulated robots and the services are as knowledge says; they are there from the beginning."""
+
+    def __init__(self, transport: InProcessTransport, clock: SimClock, robots: frozenset[str]) -> None:
+        self._transport, self._clock, self._robots = transport, clock, robots
+
+    def check(self, snapshot: Snapshot) -> None:
+        robots = snapshot.ontology.individuals(Kind.ROBOT)
+        for robot in robots:
+            if robot not in self._robots:
+                told = f"{robot} is not there: this fleet has {', '.join(sorted(self._robots))}"
+                raise BadRequest(robot, f"{told}; open another for a scenario with {robot}")
+        _check_groundings(snapshot, self._transport, robots)
+
+    def adapt(self, snapshot: Snapshot) -> None:
+        _offer_compute(self._transport, snapshot, self._clock)
 
 
 def site_map(snapshot: Snapshot) -> OccupancyGrid:
@@ -127,6 +168,8 @@ def _check_groundings(snapshot: Snapshot, transport: InProcessTransport, robots:
             for robot in robots:
                 if not transport.offers(name := grounding.service.replace("{robot}", robot)):
                     raise GroundingError(grounding.process, grounding.name, f"{robot} offers no service {name}")
+        elif transport.offers(grounding.service) and not is_ours(grounding.service):
+            continue  # what fields it takes, only whoever offers it knows
         elif wrong := wrong_fields(grounding.service, {field.name for field in grounding.request}):
             raise GroundingError(grounding.process, grounding.name, wrong)
     for estimate in snapshot.travel_estimates:

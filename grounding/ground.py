@@ -48,6 +48,8 @@ def _value(
 ) -> object:
     if field.file is not None:
         return str(field.file)
+    if field.constant is not None:
+        return field.constant
     argument = action.argument(field.parameter or "")
     match argument:
         case Data(place):
@@ -56,8 +58,16 @@ def _value(
             return data.get(argument.place)
         case None:
             raise GroundingError(grounding.process, field.name, f"{action} has no parameter {field.parameter!r}")
+        case _ if _is_datum(action, field, snapshot):
+            return argument
         case _:
             return field_of_individual(str(argument), field, snapshot, process=action.process, t_s=t_s)
+
+
+def _is_datum(action: Action, field: Field, snapshot: Snapshot) -> bool:
+    """Whether what stands in the place of a message is its value itself: a text or number that was asked with."""
+    parameter = snapshot.processes[action.process].parameter(field.parameter or "")
+    return parameter is not None and parameter.is_datum
 
 
 def field_of_individual(individual: str, field: Field, snapshot: Snapshot, *, process: str, t_s: float) -> object:

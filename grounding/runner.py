@@ -11,12 +11,15 @@ from grounding.compute.localization import pose
 from grounding.compute.maps import loc_map, nav_map
 from grounding.compute.path import path
 from grounding.compute.travel import travel
+from grounding.compute.values import compare, copy
 from grounding.compute.velocity import vel_cmd
 from grounding.inprocess import Service
 from kb.clock import Clock
 from kb.errors import ServiceFailed
 
 _COMPUTE: dict[str, Callable[..., Mapping[str, object]]] = {
+    "/compute/compare": compare,
+    "/compute/copy": copy,
     "/compute/detection": detection,
     "/compute/loc_map": loc_map,
     "/compute/nav_map": nav_map,
@@ -54,6 +57,11 @@ def wrong_fields(service: str, names: Set[str]) -> str:
     if names == takes:
         return ""
     return f"{service} takes the fields {', '.join(sorted(takes))}; given: {', '.join(sorted(names)) or 'none'}"
+
+
+def is_ours(service: str) -> bool:
+    """Whether this module runs a compute service of this name."""
+    return service in _COMPUTE
 
 
 def compute_services(clock: Clock, duration_s: Mapping[str, float]) -> dict[str, Service]:

@@ -10,9 +10,15 @@ from __future__ import annotations
 import heapq
 import time
 from collections.abc import Callable
+from datetime import UTC, datetime
 from typing import Protocol
 
 Callback = Callable[[], None]
+
+
+def utc_now() -> datetime:
+    """What the calendar says: for what people date, such as uploads; robots and traces go by a `Clock`."""
+    return datetime.now(UTC)
 
 
 class Clock(Protocol):

@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from kb.constructs import MS_PER_S, Constructs, head, variable
+from kb.constructs import MS_PER_S, Constructs, head
 from kb.ontology import Ontology, fluent_properties
-from kb.problems import OntologyRejected
+from kb.problems import Problem, errors, reject_errors
 from kb.processes import Process, Role
+from kb.scope import variable
 from kb.soundness import refuse_unsound
 from kb.terms import Struct, Term, Var, render, struct
 from kb.vocabulary import Kind, Property
@@ -53,13 +54,18 @@ class Compiler:
         Raises:
             OntologyRejected: A process cannot be compiled, or would not end.
         """
-        facts = [*self._individuals(revision), *self._compiled(revision)]
+        facts = [*self._compiled(revision)]
+        facts += self._individuals(revision)  # of those, too, that the conditions ask for
         self._refuse_recursion()
-        if not self._constructs.problems:
+        if not errors(self._constructs.problems):
             refuse_unsound(self._ontology, self._processes, self._bodies, _preconditions(facts), self._constructs)
-        if self._constructs.problems:
-            raise OntologyRejected(self._constructs.problems)
+        reject_errors(self._constructs.problems)
         return sorted([*facts, *self._requirements(revision)], key=_place_in_order)
+
+    @property
+    def warnings(self) -> list[Problem]:
+        """What compiles and is probably not meant; after `facts`."""
+        return self._constructs.problems
 
     def program(self, name: str) -> Program:
         """The program of a task type; after `facts`."""
@@ -77,7 +83,8 @@ class Compiler:
         fluents = fluent_properties(self._ontology)
         kinds = {Kind.ROBOT, Kind.AREA, Kind.LOCATION, Kind.PHYSICAL_OBJECT}
         named = kinds | {p.kind for process in self._processes.values() for p in process.parameters if not p.is_datum}
-        things = {name for name, own in self._ontology.kinds.items() if own & named}
+        kinds_of = self._ontology.kinds.items()
+        things = {name for name, own in kinds_of if own & named or self._constructs.asked_of(name)}
         for name in things:
             for kind in self._ontology.kinds[name]:
                 yield struct("kind", revision, name, kind)

@@ -1,6 +1,7 @@
-"""OWL-S style control constructs and conditions -> Golog terms.
+"""OWL-S style control constructs -> Golog terms.
 
-The constructs map one to one (the Golog side is documented in planner/golog/syntax.pl); C are conditions:
+The constructs map one to one (the Golog side is documented in planner/golog/syntax.pl); C are conditions
+(kb/conditions.py):
 
     Sequence [P, ...]   SplitJoin conc([P, ...])   Prioritized pconc([P, ...])
     AnyOrder any_order(Frame, Step, [P, ...])   Choice choice(Frame, Step, [P, ...])
@@ -21,29 +22,28 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from kb.conditions import Conditions
 from kb.ontology import Ontology
-from kb.problems import Problem
 from kb.processes import Parameter, Process, Role
-from kb.terms import Struct, Term, Var, render, struct
+from kb.scope import FRAME, Reader, Scope, variable
+from kb.terms import Struct, Term, render, struct
 from kb.vocabulary import Kind, Property
 
 MS_PER_S = 1000
-_FRAME = Var("Frame")
 
 
-class Constructs:
+class Constructs(Reader):
     """Makes the terms of the processes of one ontology, and gathers what is wrong with them.
 
     Attributes:
-        problems: Why some construct or condition has no term.
         calls: The processes that each process performs, in the order in which it names them.
     """
 
     def __init__(self, ontology: Ontology, processes: Mapping[str, Process]) -> None:
-        self.problems: list[Problem] = []
+        super().__init__(ontology)
         self.calls: dict[str, list[str]] = {}
-        self._ontology = ontology
         self._processes = processes
+        self._conditions = Conditions(self, ontology)
         self._repeating: dict[tuple[str, str], str] = {}
 
     def body(self, process: Process) -> Term:
@@ -54,23 +54,19 @@ class Constructs:
 
     def scope(self, process: Process) -> Scope:
         """The parameters of a process as terms, outside of all its constructs."""
-        return Scope(self, process, frame=_FRAME, frames={}, bound=frozenset())
+        return Scope(self, process, frame=FRAME, frames={}, bound=frozenset())
+
+    def condition(self, scope: Scope, entity: str) -> Term:
+        """A condition of a process."""
+        return self._conditions.term(scope, entity)
+
+    def asked_of(self, individual: str) -> bool:
+        """Whether a rule may ask something of an individual; after all conditions have been made."""
+        return self._conditions.asked_of(individual)
 
     def repeating(self, process: str, term: Term) -> str:
         """The construct, by name, that a loop or interrupt was made of."""
         return self._repeating[process, render(term)]
-
-    def problem(self, code: str, entity: str, message: str) -> None:
-        """Remember what is wrong with an entity."""
-        self.problems.append(self._ontology.problem(code, entity, message))
-
-    def parts(self, entity: str, prop: Property) -> list[str]:
-        """What an entity has for a property, by name."""
-        return [str(v) for v in self._ontology.values(prop, entity)]
-
-    def part(self, entity: str, prop: Property) -> str:
-        """The one thing that an entity has for a property; shapes have checked that there is one."""
-        return str(self._ontology.value(prop, entity))
 
     # Control constructs
 
@@ -199,6 +195,9 @@ class Constructs:
 
     def _argument(self, scope: Scope, entity: str, callee: Process, parameter: Parameter, binding: str | None) -> Term:
         if binding is not None:
+            constant = self._constant(entity, parameter, binding)
+            if constant is not None:
+                return constant
             source = scope.parameter(self.part(binding, Property.FROM_PARAMETER))
             of_property = self._ontology.value(Property.OF_PROPERTY, binding)
             if of_property is not None and source is not None:
@@ -224,13 +223,33 @@ class Constructs:
             )
         return scope.term(source.entity, entity)
 
+    def _constant(self, entity: str, parameter: Parameter, binding: str) -> Term | None:
+        """What a binding gives whatever the enclosing process is given: an individual, or a value of data."""
+        value = self._ontology.value(Property.HAS_VALUE, binding)
+        individual = self._ontology.value(Property.FROM_INDIVIDUAL, binding)
+        wrong = ""
+        if individual is not None and not self._ontology.is_a(str(individual), parameter.kind):
+            wrong = f"is a {parameter.kind}, and {individual} is none"
+        elif value is not None and not parameter.is_datum:
+            wrong = f"is a {parameter.kind}, which has no literal values; name one by fromIndividual"
+        elif parameter.role is Role.OUTPUT and (value is not None or individual is not None):
+            wrong = "is an output, which needs a parameter to go to; bind it by fromParameter"
+        if wrong:
+            self.problem("KB112", entity, f"{parameter.name} of the process that it performs {wrong}")
+        return value if individual is None else individual
+
     def _is_below(self, kind: str, other: str) -> bool:
         return other in self._ontology.superclasses.get(kind, {kind})
 
     def _choice_of_recipes(self, task: Process) -> Term:
-        realizing = [p for name, p in sorted(self._processes.items()) if task.name in self._realized_by(name)]
+        realizing = [
+            p
+            for name, p in sorted(self._processes.items())
+            if task.name in self._realized_by(name) and self._ontology.value(Property.RETIRED, name) is not True
+        ]
         if not realizing:
-            told = "is a task type that no process realizes; let a CompositeProcess or AtomicProcess 'realizes' it"
+            told = "is a task type that no process realizes (retired ones do not count)"
+            told += "; let a CompositeProcess or AtomicProcess 'realizes' it"
             self.problem("KB130", task.name, told)
         calls: list[Term] = []
         for recipe in realizing:
@@ -239,11 +258,11 @@ class Constructs:
             given: list[Term] = [
                 variable(parameter)
                 if task.parameter(parameter.name)
-                else struct("loc", _FRAME, f"{recipe.name}_{parameter.name}")
+                else struct("loc", FRAME, f"{recipe.name}_{parameter.name}")
                 for parameter in recipe.arguments
             ]
-            calls.append(struct("call", _FRAME, recipe.name, _bound(recipe, given)))
-        return struct("choice", _FRAME, "recipe", calls)
+            calls.append(struct("call", FRAME, recipe.name, _bound(recipe, given)))
+        return struct("choice", FRAME, "recipe", calls)
 
     def _realized_by(self, process: str) -> list[str]:
         return self.parts(process, Property.REALIZES)
@@ -274,35 +293,6 @@ class Constructs:
         for each in told:
             self.problem("KB129", recipe.name, f"realizes {task.name}, but {each}")
 
-    # Conditions
-
-    def condition(self, scope: Scope, entity: str) -> Term:
-        """A condition of a process."""
-
-        def operands() -> list[Term]:
-            return [self.condition(scope, o) for o in self.parts(entity, Property.OPERAND)]
-
-        if self._ontology.is_a(entity, Kind.ALL_OF):
-            return struct("all", operands())
-        if self._ontology.is_a(entity, Kind.ANY_OF):
-            return struct("any", operands())
-        if self._ontology.is_a(entity, Kind.NOT):
-            return struct("not", operands()[0])
-        if self._ontology.is_a(entity, Kind.HOLDS):
-            return struct("holds", self.part(entity, Property.OF_PROPERTY), scope.subject(entity), scope.object(entity))
-        if self._ontology.is_a(entity, Kind.COMPARE):
-            comparison = self.part(entity, Property.COMPARISON).replace(" ", "_")
-            left = struct("value", self.part(entity, Property.OF_PROPERTY), scope.subject(entity))
-            right = scope.object(entity)
-            if self._ontology.value(Property.OBJECT_PROPERTY, entity) is not None:
-                right = struct("value", self.part(entity, Property.OBJECT_PROPERTY), right)
-            return struct("compare", comparison, left, right)
-        return struct("is_true", scope.term(self.part(entity, Property.OF_TRUTH_VALUE), entity))
-
-    def literal(self, entity: str) -> Term | None:
-        """The value that a condition or effect states itself."""
-        return self._ontology.value(Property.HAS_VALUE, entity)
-
 
 _CONSTRUCTS = (
     Kind.SEQUENCE,
@@ -323,80 +313,6 @@ _CONSTRUCTS = (
     Kind.DEADLINE,
     Kind.PERFORM,
 )
-
-
-class Scope:
-    """The parameters of a process as terms, within one frame."""
-
-    def __init__(
-        self,
-        constructs: Constructs,
-        process: Process,
-        *,
-        frame: Var,
-        frames: Mapping[str, Var],
-        bound: frozenset[str],
-    ) -> None:
-        self.process = process
-        self.frame = frame
-        self._constructs = constructs
-        self._frames = frames
-        """Parameters, by entity, that belong to the turn of a for-each."""
-        self._bound = bound
-        """Parameters, by entity, that a for-each, pick or interrupt around goes over."""
-
-    def binding(self, construct: str) -> Scope:
-        """The scope within a for-each, pick or interrupt: what it goes over has a value there."""
-        bound = self._bound | {p.entity for p in self.over(construct)}
-        return Scope(self._constructs, self.process, frame=self.frame, frames=self._frames, bound=bound)
-
-    def inner(self, written: frozenset[str]) -> Scope:
-        """The scope of one turn of a for-each: the data written in it belong to that turn."""
-        frame = Var("Inner" + self.frame.name)
-        frames = {**self._frames, **dict.fromkeys(written, frame)}
-        return Scope(self._constructs, self.process, frame=frame, frames=frames, bound=self._bound)
-
-    def parameter(self, entity: str) -> Parameter | None:
-        """A parameter of the process, by entity."""
-        return next((p for p in self.process.parameters if p.entity == entity), None)
-
-    def term(self, entity: str, user: str) -> Term:
-        """A parameter, by entity, as the step or condition `user` reads or writes it."""
-        parameter = self.parameter(entity)
-        if parameter is None:
-            self._constructs.problem("KB124", entity, f"is used in {self.process.name}, but is no parameter of it")
-            return []
-        if parameter.is_datum and (parameter.role is Role.LOCAL or entity in self._frames):
-            return struct("loc", self._frames.get(entity, _FRAME), parameter.name)
-        if parameter.role is Role.LOCAL and entity not in self._bound:
-            told = f"is used by {user}, but no ForEach or Pick around it goes over it"
-            self._constructs.problem("KB126", entity, told)
-        return variable(parameter)
-
-    def over(self, construct: str) -> list[Parameter]:
-        """The parameters that a for-each, pick or interrupt goes over."""
-        entities = self._constructs.parts(construct, Property.OVER_PARAMETER)
-        for entity in entities:
-            if self.parameter(entity) is None:
-                told = f"goes over {entity}, which is no parameter of {self.process.name}"
-                self._constructs.problem("KB124", construct, told)
-        return [p for p in self.process.parameters if p.entity in entities]
-
-    def subject(self, entity: str) -> Term:
-        """Whom a condition or effect speaks of."""
-        return self.term(self._constructs.part(entity, Property.SUBJECT_PARAMETER), entity)
-
-    def object(self, entity: str) -> Term:
-        """The value that a condition or effect speaks of."""
-        literal = self._constructs.literal(entity)
-        if literal is not None:
-            return literal
-        return self.term(self._constructs.part(entity, Property.OBJECT_PARAMETER), entity)
-
-
-def variable(parameter: Parameter) -> Var:
-    """The logical variable of a parameter."""
-    return Var(parameter.name[0].upper() + parameter.name[1:])
 
 
 def head(process: Process) -> Term:

@@ -1,26 +1,22 @@
-"""Ontology files: found by their IRI in a folder, parsed with their imports, never from the network."""
+"""Ontology files: found by their IRI in a folder, read with their imports, never from the network."""
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from xml.parsers import expat
-from xml.sax import SAXException
 
+from pyoxigraph import Triple
 from rdflib import OWL, RDF, Graph, URIRef
-from rdflib.exceptions import ParserError
 
+from kb.parsing import header_iri, parse, read_bytes
 from kb.problems import OntologyRejected, Problem
 from kb.vocabulary import CORE_IRI
 
 SHIPPED = Path(__file__).resolve().parent / "ontologies"
-
-_HEADER = re.compile(rb"<owl:Ontology\s[^>]*rdf:about\s*=\s*[\"']([^\"']+)[\"']")
-_LONGEST_ENTITY = 300
-_ABOUT = re.compile(r"rdf:(?:about|ID)\s*=\s*[\"']([^\"']+)[\"']")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,27 +24,49 @@ class OntologyFile:
     """One parsed file.
 
     Attributes:
+        triples: What it says, as pyoxigraph's terms; its blank nodes are its own.
+        graph: The same, as rdflib's terms.
         lines: First line that describes an entity, by its IRI.
     """
 
     path: Path
     iri: str
-    graph: Graph
-    content: bytes
+    triples: tuple[Triple, ...] = field(repr=False)
+    graph: Graph = field(repr=False)
+    content: bytes = field(repr=False)
     lines: dict[str, int] = field(repr=False)
 
     def line_of(self, entity: str) -> int:
         """Line where an entity is described; 0 if it is not in this file."""
         return self.lines.get(entity, 0)
 
+    def line_of_statement(self, subject: str | None, others: frozenset[str]) -> int:
+        """The line of a statement about an entity: in its description, the first that names one of the others.
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+        Args:
+            subject: None for a statement about all alike, such as `AllDisjointClasses`.
+        """
+        texts = self.content.decode("utf-8", errors="replace").splitlines()
+        names = [re.compile(rf"{re.escape(local_name(iri))}(?!\w)") for iri in sorted(others)]
+        if subject is None:
+            for number, text in enumerate(texts, start=1):
+                span = "\n".join(texts[number - 1 : number + 2 * len(names) + 3])
+                if ("AllDisjoint" in text or "AllDifferent" in text) and all(name.search(span) for name in names):
+                    return number
+            return 0
+        begin = self.line_of(subject)
+        end = min((n for n in self.lines.values() if n > begin), default=len(texts) + 1) if begin else 0
+        inside = (n for n in range(begin + 1, end) if any(name.search(texts[n - 1]) for name in names))
+        return next(inside, begin)
+
+
+@dataclass(frozen=True, kw_only=True)
 class OntologyFiles:
     """A file and everything that it imports, imports first."""
 
     files: tuple[OntologyFile, ...]
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """Hash of all contents, in an order that does not depend on where files stand."""
         total = hashlib.sha256()
@@ -57,12 +75,16 @@ class OntologyFiles:
         return total.hexdigest()
 
     def merged(self) -> Graph:
-        """One graph of all files, without the import statements."""
+        """One graph of all files, without the import statements; not to be changed."""
+        return self._merged
+
+    @cached_property
+    def _merged(self) -> Graph:
         graph = Graph()
         for file in self.files:
             for triple in file.graph:
                 if triple[1] != OWL.imports:
-                    graph.add(triple)
+                    graph.store.add(triple, graph)
         return graph
 
     def file_of(self, entity: str) -> OntologyFile:
@@ -90,6 +112,8 @@ def local_name(iri: str) -> str:
 def read_files(path: Path, folder: Path) -> OntologyFiles:
     """Read an ontology file and all that it imports from `folder` (and the shipped core).
 
+    Files may import each other.
+
     Raises:
         OntologyRejected: A file does not parse, or an import has no file or two.
     """
@@ -97,22 +121,24 @@ def read_files(path: Path, folder: Path) -> OntologyFiles:
     parsed: dict[str, OntologyFile] = {}
     problems: list[Problem] = []
     in_order: list[OntologyFile] = []
+    refused: set[Path] = set()
 
     def visit(current: Path) -> None:
         try:
-            file = _parse(current)
+            file = _read(current)
         except OntologyRejected as rejected:
             problems.extend(rejected.problems)
+            refused.add(current)
             return
         parsed[file.iri] = file
         for imported in sorted(str(o) for o in file.graph.objects(URIRef(file.iri), OWL.imports)):
             if imported in parsed:
                 continue
             paths = index.get(imported, [])
-            if len(paths) == 1:
+            if len(paths) != 1:
+                problems.append(_import_problem(file, imported, index, folder))
+            elif paths[0] not in refused:
                 visit(paths[0])
-            else:
-                problems.append(_import_problem(file, imported, paths, folder))
         in_order.append(file)
 
     visit(path)
@@ -121,69 +147,39 @@ def read_files(path: Path, folder: Path) -> OntologyFiles:
     return OntologyFiles(files=tuple(in_order))
 
 
-def _import_problem(file: OntologyFile, imported: str, paths: list[Path], folder: Path) -> Problem:
+def _read(path: Path) -> OntologyFile:
+    content = read_bytes(path)
+    parsed = parse(path, content)
+    return OntologyFile(
+        path=path, iri=parsed.iri, triples=parsed.triples, graph=parsed.graph, content=content, lines=parsed.lines
+    )
+
+
+def _import_problem(file: OntologyFile, imported: str, index: dict[str, list[Path]], folder: Path) -> Problem:
+    paths = index.get(imported)
+    code = "KB002"
     if paths:
-        code, message = "KB003", f"imports {imported}, which two files claim to be: {paths[0]} and {paths[1]}"
+        code = "KB003"
+        told = f"imports {imported}, which two files claim to be: {paths[0]} and {paths[1]}; give one another IRI"
+    elif not imported.startswith(("http:", "https:", "urn:")):
+        code = "KB006"
+        told = f"imports {imported}, a place and not the IRI of an ontology; import the IRI that the file itself states"
     else:
-        code, message = "KB002", f"imports {imported}, but no file in {folder} has this ontology IRI"
-    return Problem(code=code, file=file.path, line=file.line_of(file.iri), entity="", message=message)
+        told = f"imports {imported}, but no file in {folder} has this ontology IRI; {_nearest(imported, index)}"
+    return Problem(code=code, file=file.path, line=file.line_of(file.iri), entity="", message=told)
+
+
+def _nearest(imported: str, index: dict[str, list[Path]]) -> str:
+    near = difflib.get_close_matches(imported, sorted(index), n=1, cutoff=0.8)
+    return f"did you mean {near[0]}?" if near else "put it there"
 
 
 def _index(folder: Path, main: Path) -> dict[str, list[Path]]:
     """Paths by ontology IRI, read from the files' headers; the shipped core where the folder has none."""
     index: dict[str, list[Path]] = {}
     for path in sorted({*folder.rglob("*.owl"), main}):
-        with path.open("rb") as stream:
-            found = _HEADER.search(stream.read(65536))
-        if found:
-            index.setdefault(found.group(1).decode(errors="replace"), []).append(path)
+        iri = header_iri(path)
+        if iri is not None:
+            index.setdefault(iri, []).append(path)
     index.setdefault(CORE_IRI, [SHIPPED / "core" / "core.owl"])
     return index
-
-
-def _parse(path: Path) -> OntologyFile:
-    content = path.read_bytes()
-
-    def rejected(line: int, message: str) -> OntologyRejected:
-        return OntologyRejected([Problem(code="KB001", file=path, line=line, entity="", message=message)])
-
-    if not content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
-        raise rejected(1, "is not RDF/XML; in Protégé choose File > Save as > RDF/XML Syntax")
-    xml = expat.ParserCreate(namespace_separator=" ")
-    xml.EntityDeclHandler = _refuse_bomb
-    graph = Graph()
-    try:
-        xml.Parse(content, True)
-        graph.parse(data=content, format="xml", publicID=path.resolve().as_uri())
-    except (expat.ExpatError, SAXException, ParserError, ValueError) as error:
-        raise rejected(xml.CurrentLineNumber, f"does not parse as RDF/XML: {error}") from error
-    iris = sorted(str(s) for s in graph.subjects(RDF.type, OWL.Ontology) if isinstance(s, URIRef))
-    if len(iris) != 1:
-        raise rejected(1, f"has {len(iris)} ontology IRIs; one <owl:Ontology rdf:about=...> is needed")
-    return OntologyFile(path=path, iri=iris[0], graph=graph, content=content, lines=_lines(content, iris[0]))
-
-
-def _refuse_bomb(
-    name: str,
-    is_parameter: bool,
-    value: str | None,
-    base: str | None,
-    system: str | None,
-    public: str | None,
-    note: str | None,
-) -> None:
-    """Entities abbreviate IRIs; one that holds others, or stands elsewhere, may grow without end or spy."""
-    if is_parameter or value is None or "&" in value or len(value) > _LONGEST_ENTITY:
-        raise ValueError(f"the entity {name} is not a plain IRI; write it out where it is used")
-
-
-def _lines(content: bytes, base: str) -> dict[str, int]:
-    lines: dict[str, int] = {}
-    for number, text in enumerate(content.decode("utf-8", errors="replace").splitlines(), start=1):
-        for about in _about(text):
-            lines.setdefault(about if ":" in about else f"{base}#{about.lstrip('#')}", number)
-    return lines
-
-
-def _about(line: str) -> Iterable[str]:
-    return _ABOUT.findall(line)

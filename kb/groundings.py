@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from kb.ontology import Ontology
+from kb.ontology import Ontology, Value
 from kb.processes import Process
 from kb.vocabulary import Kind, Property
 
@@ -15,7 +15,8 @@ class Field:
     """One field of a request or reply.
 
     The value is a file of the site (`file`), or that of a parameter: the message or individual itself,
-    a property of the individual (`of_property`), or the name of its most specific class (`kind_of`).
+    a property of the individual (`of_property`), or the name of its most specific class (`kind_of`); or it is
+    always the same (`constant`).
     """
 
     name: str
@@ -25,6 +26,7 @@ class Field:
     kind_of: bool
     file: Path | None
     optional: bool
+    constant: Value | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,6 +106,7 @@ def _fields(ontology: Ontology, prop: Property, grounding: str, site_folder: Pat
                 kind_of=ontology.value(Property.KIND_OF, entity) is True,
                 file=None if file_name is None else site_folder / str(file_name),
                 optional=ontology.value(Property.IS_OPTIONAL, entity) is True,
+                constant=ontology.value(Property.HAS_VALUE, entity),
             )
         )
     return tuple(sorted(fields, key=lambda f: f.name))

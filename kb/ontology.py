@@ -1,7 +1,6 @@
 """What the ontology says, closed: asserted and inferred, in local names.
 
-On top of the reasoner's classification, property values are closed under sub-properties, transitive
-properties and the values that classes give to their members (`SubClassOf: property value v`).
+On top of the reasoner's classification, property values are closed (kb/closure.py).
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ from typing import TypeAlias
 from rdflib import OWL, RDF, RDFS, XSD, BNode, Graph, Literal, URIRef
 from rdflib.term import Node
 
+from kb.closure import PROPERTY_SORTS, Values, closed_values
 from kb.files import OntologyFiles, local_name
 from kb.problems import OntologyRejected, Problem
 from kb.reasoner import Classification
@@ -20,7 +20,12 @@ from kb.vocabulary import CORE, Kind, Property
 
 Value: TypeAlias = str | int | float | bool
 
-_PROPERTY_SORTS = (OWL.ObjectProperty, OWL.DatatypeProperty, OWL.AnnotationProperty)
+LEARNED = {
+    Property.DURATION_S: Property.LEARNED_DURATION_S,
+    Property.SUCCESS_ODDS: Property.LEARNED_ODDS,
+    Property.TRAVEL_FACTOR: Property.LEARNED_TRAVEL_FACTOR,
+}
+"""What stands in for a stated value where it was learned: see kb/learned.py."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,6 +97,10 @@ class Ontology:
         """Whether the values of a property are messages that only the executive holds."""
         return any(self.is_datum(local_name(str(r))) for r in self.graph.objects(URIRef(CORE + prop), RDFS.range))
 
+    def iri(self, name: str) -> str:
+        """The IRI of what has this local name; of several, an individual's before a class's and a property's."""
+        return self._iris[name]
+
     def problem(self, code: str, name: str, message: str) -> Problem:
         """A problem with an individual, at its place."""
         return self.files.problem(code, self._iris.get(name, name), message)
@@ -107,20 +116,27 @@ def close(files: OntologyFiles, classification: Classification) -> Ontology:
     """Put files and classification together.
 
     Raises:
-        OntologyRejected: Two individuals (or two classes, or two properties) share a local name.
+        OntologyRejected: Two individuals (or two classes, or two properties) share a local name (KB004), or two names
+            stand for one individual (KB304).
     """
     graph = files.merged()
     iris = _names(files, graph)
+    values = closed_values(graph, classification.types)
+    _refuse_equals(files, graph, values)
+    names: dict[frozenset[str], frozenset[str]] = {}
+    for types in classification.types.values():
+        if types not in names:
+            names[types] = frozenset(map(local_name, types))
     superclasses = {
         local_name(c): frozenset(map(local_name, above)) for c, above in classification.superclasses.items()
     }
     return Ontology(
         files=files,
         graph=graph,
-        kinds={local_name(i): frozenset(map(local_name, types)) for i, types in classification.types.items()},
+        kinds={local_name(i): names[types] for i, types in classification.types.items()},
         superclasses=superclasses,
         _iris=iris,
-        _values=_closed_values(graph, classification),
+        _values=_values_by_name(values),
     )
 
 
@@ -128,7 +144,7 @@ def _names(files: OntologyFiles, graph: Graph) -> dict[str, str]:
     """IRI of each local name; individuals win over classes, and classes over properties, of the same name."""
     iris: dict[str, str] = {}
     problems: list[Problem] = []
-    for roles in (_PROPERTY_SORTS, (OWL.Class,), (OWL.NamedIndividual,)):
+    for roles in (PROPERTY_SORTS, (OWL.Class,), (OWL.NamedIndividual,)):
         own: dict[str, str] = {}
         for node in sorted({s for role in roles for s in graph.subjects(RDF.type, role)}, key=str):
             if isinstance(node, BNode):
@@ -149,56 +165,44 @@ def _names(files: OntologyFiles, graph: Graph) -> dict[str, str]:
     return iris
 
 
-def _closed_values(graph: Graph, classification: Classification) -> dict[tuple[str, str], tuple[Value, ...]]:
-    pairs: dict[str, dict[str, set[Value]]] = {}
-
-    def add(prop: Node, subject: str, value: Node) -> None:
-        converted = _value(value)
-        for name in _superproperties(graph, prop):
-            pairs.setdefault(name, {}).setdefault(local_name(subject), set()).add(converted)
-
-    properties = {p for sort in _PROPERTY_SORTS for p in graph.subjects(RDF.type, sort)}
-    for prop in properties:
-        for subject, value in graph.subject_objects(prop):
-            if isinstance(subject, URIRef):
-                add(prop, str(subject), value)
-    given = _values_of_classes(graph)
-    for individual, kinds in classification.types.items():
-        for kind in sorted(kinds):
-            for prop, value in given.get(kind, ()):
-                add(prop, individual, value)
-    for prop in graph.subjects(RDF.type, OWL.TransitiveProperty):
-        _close_transitively(pairs.get(local_name(str(prop)), {}))
-    return {
-        (prop, subject): tuple(sorted(values, key=lambda v: (str(type(v)), v)))
-        for prop, subjects in pairs.items()
-        for subject, values in subjects.items()
-    }
+def _values_by_name(values: Values) -> dict[tuple[str, str], tuple[Value, ...]]:
+    by_name: dict[tuple[str, str], tuple[Value, ...]] = {}
+    for prop, subjects in values.items():
+        name = local_name(str(prop))
+        for subject, nodes in subjects.items():
+            if isinstance(prop, URIRef) and isinstance(subject, URIRef):
+                converted = {_value(node) for node in nodes}
+                by_name[name, local_name(str(subject))] = tuple(sorted(converted, key=lambda v: (str(type(v)), v)))
+    for (prop_name, subject_name), found in list(by_name.items()):
+        for stated, learned in LEARNED.items():
+            if prop_name == learned:
+                by_name[stated, subject_name] = found
+    return by_name
 
 
-def _superproperties(graph: Graph, prop: Node) -> set[str]:
-    return {local_name(str(p)) for p in graph.transitive_objects(prop, RDFS.subPropertyOf)}
-
-
-def _values_of_classes(graph: Graph) -> dict[str, list[tuple[Node, Node]]]:
-    """`SubClassOf: property value v`, by the IRI of the class."""
-    given: dict[str, list[tuple[Node, Node]]] = {}
-    for restriction, value in graph.subject_objects(OWL.hasValue):
-        prop = graph.value(restriction, OWL.onProperty)
-        for kind in graph.subjects(RDFS.subClassOf, restriction):
-            if prop is not None:
-                given.setdefault(str(kind), []).append((prop, value))
-    return given
-
-
-def _close_transitively(subjects: dict[str, set[Value]]) -> None:
-    for subject in sorted(subjects):
-        todo = [v for v in subjects[subject] if isinstance(v, str)]
-        while todo:
-            for value in subjects.get(todo.pop(), set()) - subjects[subject]:
-                subjects[subject].add(value)
-                if isinstance(value, str):
-                    todo.append(value)
+def _refuse_equals(files: OntologyFiles, graph: Graph, values: Values) -> None:
+    """Two names of one individual, stated or inferred: everything else here takes them for two."""
+    problems = [
+        files.problem("KB304", str(one), f"is said to be the same as {local_name(str(other))}; use one name for it")
+        for one, other in graph.subject_objects(OWL.sameAs)
+    ]
+    for prop in set(graph.subjects(RDF.type, OWL.FunctionalProperty)) & set(values):
+        for subject, nodes in values[prop].items():
+            names = sorted(local_name(str(n)) for n in nodes if isinstance(n, URIRef))
+            if len(names) > 1 and len(set(graph.objects(subject, prop))) < 2:  # stated ones are told as KB143
+                told = f"has by inference {len(names)} values of {local_name(str(prop))}, {' and '.join(names)}; "
+                problems.append(files.problem("KB304", str(subject), told + "it can have one"))
+    for prop in set(graph.subjects(RDF.type, OWL.InverseFunctionalProperty)) & set(values):
+        subjects: dict[Node, list[str]] = {}
+        for subject, nodes in values[prop].items():
+            for node in nodes:
+                subjects.setdefault(node, []).append(local_name(str(subject)))
+        for node, several in subjects.items():
+            if len(several) > 1:
+                told = f"is the {local_name(str(prop))} of {' and '.join(sorted(several))}; it can be of one"
+                problems.append(files.problem("KB304", str(node), told))
+    if problems:
+        raise OntologyRejected(problems)
 
 
 def _value(node: Node) -> Value:

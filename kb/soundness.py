@@ -7,16 +7,16 @@ before. The checks read the terms of kb/constructs.py, and name the construct, s
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 
 from rdflib import OWL, RDF
 
 from kb.constructs import Constructs
+from kb.contradictions import contradiction, place_of
 from kb.files import local_name
 from kb.ontology import Ontology, fluent_properties
 from kb.processes import Parameter, Process, Role
-from kb.terms import Struct, Term, Var, render, struct
+from kb.terms import Struct, Term, Var
 from kb.vocabulary import Kind, Property
 
 
@@ -40,9 +40,9 @@ def refuse_unsound(
         data.check(name, body)
     functional = {local_name(str(p)) for p in ontology.graph.subjects(RDF.type, OWL.FunctionalProperty)}
     for name, conditions in sorted(preconditions.items()):
-        contradiction = _contradiction(conditions, functional)
-        if contradiction:
-            told = f"can never start: its preconditions {contradiction} exclude each other; correct one"
+        excluding = contradiction(conditions, functional)
+        if excluding:
+            told = f"can never start: its preconditions {excluding} exclude each other; correct one"
             constructs.problem("KB214", name, told)
 
 
@@ -99,9 +99,13 @@ class _Loops:
             case Struct("compare", (_, left, right)):
                 return self._changes(left, process, written) or self._changes(right, process, written)
             case Struct("is_true", (place,)):
-                parameter = self._processes[process].parameter(_place(place))
+                parameter = self._processes[process].parameter(place_of(place))
                 # Whoever gave an input may write it meanwhile.
-                return _place(place) in written or (parameter is not None and parameter.role is Role.INPUT)
+                return place_of(place) in written or (parameter is not None and parameter.role is Role.INPUT)
+            case Struct("some", (_, part)):
+                return self._changes(part, process, written)
+            case Struct("plus" | "minus" | "times", (left, right)):
+                return self._changes(left, process, written) or self._changes(right, process, written)
             case _:
                 return False
 
@@ -165,7 +169,7 @@ def _asked(condition: Term) -> Iterator[str]:
         case Struct("holds" | "value", (str(prop), *_)):
             yield prop
         case Struct("is_true", (place,)):
-            yield _place(place)
+            yield place_of(place)
         case _:
             for part in _inner(condition):
                 yield from _asked(part)
@@ -266,7 +270,7 @@ class _Data:
         """The data that a call reads."""
         callee, arguments = _call(called, self._processes)
         needed = self._needed(callee)
-        return {_place(a) for p, a in arguments if p.name in needed and not _is_fluent(a)}
+        return {place_of(a) for p, a in arguments if p.name in needed and _is_place(a)}
 
     def _needed(self, process: Process) -> frozenset[str]:
         """The inputs that are data and without which a process cannot do."""
@@ -285,7 +289,7 @@ class _Data:
             case Struct("call", (_, _, called)):
                 return self._read(called)
             case Struct("is_true", (place,)):
-                return {_place(place)}
+                return {place_of(place)}
             case _:
                 return set[str]().union(*(self._read_within(part) for part in _inner(program)))
 
@@ -295,7 +299,7 @@ def _written(program: Term, processes: Mapping[str, Process]) -> frozenset[str]:
     match program:
         case Struct("call", (_, _, called)):
             _, arguments = _call(called, processes)
-            return frozenset(_place(a) for p, a in arguments if p.role is Role.OUTPUT and p.is_datum)
+            return frozenset(place_of(a) for p, a in arguments if p.role is Role.OUTPUT and p.is_datum)
         case _:
             return frozenset[str]().union(*(_written(part, processes) for part in _inner(program)))
 
@@ -310,102 +314,12 @@ def _truths(condition: Term) -> Iterator[str]:
     """The truth values that a condition asks for, by the names of parameters."""
     match condition:
         case Struct("is_true", (place,)):
-            yield _place(place)
+            yield place_of(place)
         case _:
             for part in _inner(condition):
                 yield from _truths(part)
 
 
-def _place(term: Term) -> str:
-    """The name of the parameter that a place or variable stands for; see kb/constructs.py."""
-    match term:
-        case Struct("loc", (_, str(name))):
-            return name
-        case Var(name):
-            return name[0].lower() + name[1:]
-        case _:
-            raise AssertionError(f"no place for data: {render(term)}")
-
-
-def _is_fluent(term: Term) -> bool:
-    return isinstance(term, Struct) and term.functor == "fluent"
-
-
-def _contradiction(conditions: list[Term], functional: set[str]) -> str:
-    """Two conditions that never hold together, as text; empty if none were found."""
-    atoms = [atom for condition in conditions for atom in _atoms(condition)]
-    texts = {render(atom) for atom in atoms}
-    for atom in atoms:
-        if render(struct("not", atom)) in texts:
-            return f"{_shown(atom)} and not {_shown(atom)}"
-    for number, one in enumerate(atoms):
-        for other in atoms[:number]:
-            if _exclude(one, other, functional):
-                return f"{_shown(other)} and {_shown(one)}"
-    return ""
-
-
-def _atoms(condition: Term) -> Iterator[Term]:
-    """Conditions that all hold where a condition holds."""
-    match condition:
-        case Struct("all", (list(parts),)):
-            for part in parts:
-                yield from _atoms(part)
-        case Struct("not", (Struct("any", (list(parts),)),)):
-            for part in parts:
-                yield from _atoms(struct("not", part))
-        case Struct("not", (Struct("not", (part,)),)):
-            yield from _atoms(part)
-        case _:
-            yield condition
-
-
-def _exclude(one: Term, other: Term, functional: set[str]) -> bool:
-    """Whether one value cannot be as both conditions say."""
-    match one, other:
-        case Struct("holds", (str(prop), subject, value)), Struct("holds", (str(same), whose, wanted)):
-            literal = not isinstance(value, Var | Struct) and not isinstance(wanted, Var | Struct)
-            return prop == same and prop in functional and subject == whose and literal and value != wanted
-        case (
-            Struct("compare", (str(op), Struct("value", (str(prop), subject)), int(limit) | float(limit))),
-            Struct("compare", (str(op2), Struct("value", (str(same), whose)), int(limit2) | float(limit2))),
-        ):
-            (low, high), (low2, high2) = _range(op, limit), _range(op2, limit2)
-            lowest, highest = max(low, low2), min(high, high2)
-            return prop == same and prop in functional and subject == whose and lowest > highest
-        case _:
-            return False
-
-
-def _range(comparison: str, limit: float) -> tuple[float, float]:
-    """The least and the greatest number that compares so; next to the limit where that itself does not."""
-    match comparison:
-        case "less":
-            return -math.inf, math.nextafter(limit, -math.inf)
-        case "at_most":
-            return -math.inf, limit
-        case "more":
-            return math.nextafter(limit, math.inf), math.inf
-        case "at_least":
-            return limit, math.inf
-        case _:
-            return limit, limit
-
-
-def _shown(condition: Term) -> str:
-    """A condition for people: `isEmpty(drink, true)`."""
-    match condition:
-        case Struct("holds", (str(prop), subject, value)):
-            return f"{prop}({_shown(subject)}, {_shown(value)})"
-        case Struct("compare", (str(comparison), left, right)):
-            return f"{_shown(left)} {comparison.replace('_', ' ')} {_shown(right)}"
-        case Struct("value", (str(prop), subject)):
-            return f"{prop}({_shown(subject)})"
-        case Struct("is_true", (place,)):
-            return _place(place)
-        case Struct("not", (part,)):
-            return f"not {_shown(part)}"
-        case Var():
-            return _place(condition)
-        case _:
-            return render(condition)
+def _is_place(term: Term) -> bool:
+    """Whether a step writes it: neither the value of a fluent nor a constant."""
+    return isinstance(term, Var) or (isinstance(term, Struct) and term.functor == "loc")

@@ -1,4 +1,4 @@
-"""The knowledge base: loaded whole or not at all, asked, told.
+"""The knowledge base: revisions of files, one of them in force, and what has been told since.
 
 Files are read, checked, reasoned over and compiled before anything is replaced. What changes while
 robots work (fluents) is told to the store; it reaches the planner as single facts and never the
@@ -7,49 +7,59 @@ reasoner.
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
+from threading import Lock, RLock
 from types import MappingProxyType
 
-from kb import validation
+from kb.checking import check_ontology
 from kb.compiler import Compiler, Program
+from kb.difference import Difference, difference
 from kb.errors import KnowledgeError
-from kb.files import SHIPPED, read_files
-from kb.groundings import Field, Grounding, TravelEstimate, read_groundings, read_travel_estimates
-from kb.ontology import Ontology, Value, close, fluent_properties
-from kb.problems import OntologyRejected, Problem
-from kb.processes import Process, read_processes
+from kb.files import SHIPPED
+from kb.groundings import Grounding, TravelEstimate
+from kb.history import Fact, History, Known, Source, SourceKind
+from kb.ontology import Ontology, Value
+from kb.problems import Problem, reject_errors
+from kb.processes import Process
 from kb.prolog import Entry
-from kb.reasoner import classify
-from kb.terms import struct
-from kb.vocabulary import Kind, Property
+from kb.revisions import CarryOver, Key, Revision, UnknownSite, carry_over, read_revision, renewed
+from kb.terms import Term, struct
+
+__all__ = ["KnowledgeBase", "Proposal", "ProposalOutdated", "Snapshot", "UnknownRevision", "UnknownSite", "load"]
 
 _load_facts = Entry(search_path="kb_rules", file="facts", name="load_facts")
 _drop_facts = Entry(search_path="kb_rules", file="facts", name="drop_facts")
 _tell = Entry(search_path="kb_rules", file="facts", name="tell")
-_revisions = itertools.count(1)
-_POSITIVE = (
-    Property.RADIUS_M,
-    Property.MAX_VEL_LIN_MPS,
-    Property.MAX_VEL_ANG_RADPS,
-    Property.ENERGY_J,
-    Property.POWER_W,
-)
+
+_AT_ONCE = 2000
+"""So many facts go to Prolog in one call."""
+
+_PERSON = Source(kind=SourceKind.PERSON)
 
 
-class UnknownSite(KnowledgeError, LookupError):
-    """There is no site of this name.
+class ProposalOutdated(KnowledgeError):
+    """A proposal was withdrawn, or what it would replace is not in force any more."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        super().__init__(f"revision {number} is not proposed any more: something else came first; propose it anew")
+
+
+class UnknownRevision(KnowledgeError, LookupError):
+    """There is no earlier revision of this number.
 
     Attributes:
-        site: What was asked for.
-        known: The sites there are.
+        number: What was asked for.
+        known: The numbers there are.
     """
 
-    def __init__(self, site: str, known: list[str], folder: Path) -> None:
-        self.site, self.known = site, known
-        super().__init__(f"no site {site!r} in {folder / 'sites'}; there is {', '.join(known) or 'none'}")
+    def __init__(self, number: int, known: tuple[int, ...]) -> None:
+        self.number, self.known = number, known
+        super().__init__(f"no revision {number} to go back to; there is {', '.join(map(str, known)) or 'none'}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,19 +67,21 @@ class Snapshot:
     """What was known at one moment; it does not change.
 
     Attributes:
-        revision: Number of the loaded files.
+        revision: The key of the revision: what its facts are kept under in Prolog, unique in this process.
+        number: Of the revision in its knowledge base, from 1.
         state: How many facts had been told since.
         fluents: Values of what changes, by (property, subject).
     """
 
     revision: int
+    number: int = 1
     state: int
     site: str
     ontology: Ontology
     processes: Mapping[str, Process]
     groundings: Mapping[str, Grounding]
     travel_estimates: tuple[TravelEstimate, ...]
-    fluents: Mapping[tuple[str, str], Value]
+    fluents: Mapping[Key, Value]
     compiler: Compiler
 
     def value(self, prop: str, subject: str) -> Value | None:
@@ -82,8 +94,36 @@ class Snapshot:
         return self.compiler.program(process)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proposal:
+    """A revision that may follow the one in force, whose facts wait beside those.
+
+    Attributes:
+        difference: Between the files of both.
+        carry: What would hold if it came into force now.
+        snapshot: What would be known then.
+        earlier: It was in force before.
+    """
+
+    revision: Revision
+    base: Revision
+    earlier: bool
+    difference: Difference
+    carry: CarryOver
+    snapshot: Snapshot
+
+    @property
+    def text(self) -> str:
+        """What changes, for people."""
+        told = "\n".join((*self.difference.lines, *self.carry.sentences))
+        return told or f"revision {self.revision.number}: nothing changes"
+
+
 class KnowledgeBase:
-    """The knowledge of one fleet; the only writer of facts."""
+    """The knowledge of one fleet; the only writer of facts.
+
+    One thread tells and replaces at a time; any number take snapshots meanwhile, each of which is whole.
+    """
 
     def __init__(self, site: str, folder: Path = SHIPPED) -> None:
         """Load a site and all that it imports from a folder of ontologies.
@@ -92,56 +132,243 @@ class KnowledgeBase:
             UnknownSite: The folder has no such site.
             OntologyRejected: The files are wrong; nothing was loaded.
         """
-        known = sorted(p.parent.name for p in folder.glob("sites/*/*.owl") if p.stem == p.parent.name)
-        if site not in known:
-            raise UnknownSite(site, known, folder)
-        path = folder / "sites" / site / f"{site}.owl"
         self._site = site
-        self._ontology = load(path, folder)
-        self._processes = read_processes(self._ontology)
-        self._groundings = read_groundings(self._ontology, self._processes, path.parent)
-        estimates = read_travel_estimates(self._ontology, path.parent)
-        _require_one_estimate(self._ontology, estimates)
-        self._travel_estimates = tuple(sorted(set(estimates.values()), key=str))
-        requests = {g.name: g.request for g in self._groundings.values()} | {n: e.request for n, e in estimates.items()}
-        robots = {g.name: {p.name for p in self._processes[g.process].robots} for g in self._groundings.values()}
-        robots |= {n: {self._traveling_robot(n)} for n in estimates}
-        _require_values(self._ontology, requests, robots)
-        self._compiler = Compiler(self._ontology, self._processes)
-        self._revision = next(_revisions)
-        _load_facts(list(self._compiler.facts(self._revision)))
-        names = fluent_properties(self._ontology)
-        self._fluents = {(p, s): v for p, s, v in self._ontology.all_values() if p in names}
+        self._writing = RLock()
+        self._reading = Lock()  # held for a moment only: readers never wait for Prolog
+        self._revision = read_revision(site, folder)
+        self._revisions = {1: self._revision}
+        self._proposal: Proposal | None = None
+        self._uses: Counter[int] = Counter()
+        self._loaded: set[int] = set()
+        self._load(self._revision)
+        self._fluents = dict(self._revision.initial)
+        self._lent = False  # whether a snapshot holds self._fluents, which must then be copied before it is changed
+        self._told: set[Key] = set()
         self._state = 0
+        self._history = History(self._revision.initial)
 
-    def _traveling_robot(self, duration: str) -> str:
-        """The name of the parameter that a travel duration is about."""
-        parameter = self._ontology.value(Property.TRAVELING_ROBOT, duration)
-        return str(self._ontology.value(Property.PARAMETER_NAME, str(parameter)))
+    @property
+    def revision(self) -> Revision:
+        """The revision in force."""
+        return self._revision
+
+    @property
+    def revisions(self) -> tuple[Revision, ...]:
+        """All that have been in force, in order of number; they are kept until the knowledge base is closed."""
+        return tuple(revision for _, revision in sorted(self._revisions.items()))
+
+    @property
+    def warnings(self) -> tuple[Problem, ...]:
+        """What is probably not meant in the files of the revision in force."""
+        return self._revision.warnings
 
     def snapshot(self) -> Snapshot:
-        """What is known now."""
-        return Snapshot(
-            revision=self._revision,
-            state=self._state,
-            site=self._site,
-            ontology=self._ontology,
-            processes=MappingProxyType(self._processes),
-            groundings=MappingProxyType(self._groundings),
-            travel_estimates=self._travel_estimates,
-            fluents=MappingProxyType(dict(self._fluents)),
-            compiler=self._compiler,
-        )
+        """What is known now; it shares its facts with the knowledge base until the next one is told."""
+        with self._reading:
+            self._lent = True
+            return _snapshot(self._revision, self._state, self._fluents)
 
-    def tell(self, prop: str, subject: str, value: Value) -> None:
-        """From now on, a property of an individual has this value."""
-        self._fluents[prop, subject] = value
-        self._state += 1
-        _tell(struct("fluent", self._revision, prop, subject, value))
+    @contextmanager
+    def in_use(self, snapshot: Snapshot) -> Iterator[None]:
+        """Keep the facts of a snapshot's revision in Prolog, whatever comes into force meanwhile."""
+        self.hold(snapshot)
+        try:
+            yield
+        finally:
+            self.let_go(snapshot)
+
+    def hold(self, snapshot: Snapshot) -> None:
+        """The same without an end: `let_go` must follow, once for each."""
+        with self._writing:
+            self._uses[snapshot.revision] += 1
+
+    def let_go(self, snapshot: Snapshot) -> None:
+        """The revision of a snapshot is used no more by who has held it."""
+        with self._writing:
+            self._uses[snapshot.revision] -= 1
+            self._drop_unused()
+
+    def tell(self, prop: str, subject: str, value: Value, *, t_s: float = 0.0, source: Source = _PERSON) -> None:
+        """From now on, a property of an individual has this value.
+
+        Args:
+            t_s: When; in the order of telling.
+            source: Who tells it.
+        """
+        with self._writing:
+            before = self._fluents.get((prop, subject))
+            with self._reading:
+                self._change()[prop, subject] = value
+                self._told.add((prop, subject))
+                self._state += 1
+                self._history.note(Fact(t_s=t_s, prop=prop, subject=subject, value=value, before=before, source=source))
+            _tell(struct("fluent", self._revision.key, prop, subject, value))
+
+    @property
+    def proposal(self) -> Proposal | None:
+        """The revision that is proposed now, if one is."""
+        return self._proposal
+
+    def read(self, folder: Path | None = None) -> Revision:
+        """Read files beside the revision in force, which stays as it is; any thread may.
+
+        Args:
+            folder: Where the files are; the folder of the revision in force if left out.
+
+        Raises:
+            UnknownSite: The folder has not this site.
+            OntologyRejected: The files are wrong.
+        """
+        return read_revision(self._site, folder or self._revision.folder)
+
+    def propose(self, revision: Revision) -> Proposal:
+        """Compare a revision that was read with the one in force, and let it wait beside that.
+
+        There is one proposal at a time; the one before, if there is any, is withdrawn.
+        """
+        with self._writing:
+            return self._offer(replace(revision, number=max(self._revisions) + 1))
+
+    def propose_earlier(self, number: int) -> Proposal:
+        """Propose a revision that was in force before, as it was then.
+
+        Raises:
+            UnknownRevision: It never was, or is now.
+        """
+        earlier = self._revisions.get(number)
+        if earlier is None or earlier is self._revision:
+            raise UnknownRevision(
+                number, tuple(n for n, r in sorted(self._revisions.items()) if r is not self._revision)
+            )
+        with self._writing:
+            return self._offer(renewed(earlier))
+
+    def _offer(self, revision: Revision) -> Proposal:
+        self._proposal = None
+        self._drop_unused()
+        base = self._revision
+        carry = carry_over(base, revision, self._fluents, frozenset(self._told))
+        self._load(revision)
+        self._tell_all(revision, revision.initial, carry.fluents)
+        self._proposal = Proposal(
+            revision=revision,
+            base=base,
+            earlier=revision.number in self._revisions,
+            difference=difference(base, revision),
+            carry=carry,
+            snapshot=_snapshot(revision, self._state, dict(carry.fluents)),
+        )
+        return self._proposal
+
+    def accept(self, proposal: Proposal, *, t_s: float = 0.0) -> CarryOver:
+        """Put a proposed revision in force, with all that has been told up to now; at once for all readers.
+
+        Raises:
+            ProposalOutdated: It is not the proposal that was made last, or was withdrawn.
+        """
+        with self._writing:
+            self.require_proposed(proposal)
+            revision = proposal.revision
+            carry = carry_over(self._revision, revision, self._fluents, frozenset(self._told))
+            self._tell_all(revision, proposal.carry.fluents, carry.fluents)
+            source = Source(kind=SourceKind.FILES, revision=revision.number)
+            with self._reading:
+                before = self._fluents
+                self._revision, self._fluents, self._lent = revision, dict(carry.fluents), False
+                self._told -= carry.dropped.keys()
+                for (prop, subject), value in carry.changed.items():
+                    was = before.get((prop, subject))
+                    self._history.note(
+                        Fact(t_s=t_s, prop=prop, subject=subject, value=value, before=was, source=source)
+                    )
+                self._state += len(carry.changed)
+            self._revisions[revision.number] = revision
+            self._proposal = None
+            self._drop_unused()
+            return carry
+
+    def require_proposed(self, proposal: Proposal) -> None:
+        """Go on if a proposal can be accepted.
+
+        Raises:
+            ProposalOutdated: It is not the proposal that was made last, or was withdrawn.
+        """
+        if proposal is not self._proposal:
+            raise ProposalOutdated(proposal.revision.number)
+
+    def withdraw(self, proposal: Proposal) -> None:
+        """Forget a proposal; nothing happens if it is not proposed any more."""
+        with self._writing:
+            if proposal is self._proposal:
+                self._proposal = None
+                self._drop_unused()
+
+    def history(self, prop: str | None = None, subject: str | None = None) -> tuple[Fact, ...]:
+        """What was told of a property, of an individual, or at all, in order; the last 100,000 facts are kept."""
+        return self._kept_history().of(prop, subject)
+
+    def known_at(self, t_s: float) -> Mapping[Key, Known]:
+        """What was known at a time, by (property, individual).
+
+        Raises:
+            HistoryForgotten: More facts than are kept have been told since.
+        """
+        return self._kept_history().known_at(t_s)
 
     def close(self) -> None:
-        """Forget the facts."""
-        _drop_facts(self._revision)
+        """Forget the facts, of all revisions."""
+        with self._writing:
+            for key in sorted(self._loaded):
+                _drop_facts(key)
+            self._loaded.clear()
+
+    def _kept_history(self) -> History:
+        with self._reading:  # not while it is searched, which takes longer
+            return self._history.copy()
+
+    def _change(self) -> dict[Key, Value]:
+        """The facts, which nobody else holds."""
+        if self._lent:
+            self._fluents, self._lent = dict(self._fluents), False
+        return self._fluents
+
+    def _load(self, revision: Revision) -> None:
+        self._loaded.add(revision.key)
+        for start in range(0, len(revision.facts), _AT_ONCE):  # others take turns in between
+            _load_facts(list(revision.facts[start : start + _AT_ONCE]))
+
+    def _tell_all(self, revision: Revision, now: Mapping[Key, Value], then: Mapping[Key, Value]) -> None:
+        """Tell Prolog what is otherwise than what has been told it of a revision."""
+        for (prop, subject), value in then.items():
+            known = now.get((prop, subject))
+            if known != value or type(known) is not type(value):
+                fact: Term = struct("fluent", revision.key, prop, subject, value)
+                _tell(fact)
+
+    def _drop_unused(self) -> None:
+        """Facts of revisions that are neither in force nor proposed nor used by a session."""
+        needed = {self._revision.key, *(key for key, uses in self._uses.items() if uses > 0)}
+        if self._proposal is not None:
+            needed.add(self._proposal.revision.key)
+        for key in sorted(self._loaded - needed):
+            _drop_facts(key)
+        self._loaded &= needed
+        self._uses = +self._uses
+
+
+def _snapshot(revision: Revision, state: int, fluents: dict[Key, Value]) -> Snapshot:
+    return Snapshot(
+        revision=revision.key,
+        number=revision.number,
+        state=state,
+        site=revision.site,
+        ontology=revision.ontology,
+        processes=revision.processes,
+        groundings=revision.groundings,
+        travel_estimates=revision.travel_estimates,
+        fluents=MappingProxyType(fluents),
+        compiler=revision.compiler,
+    )
 
 
 def load(path: Path, folder: Path) -> Ontology:
@@ -150,99 +377,7 @@ def load(path: Path, folder: Path) -> Ontology:
     Raises:
         OntologyRejected: With everything that is wrong.
     """
-    files = read_files(path, folder)
-    problems = validation.check(files)
-    if problems:
-        raise OntologyRejected(problems)
-    return close(files, classify(files))
-
-
-def _require_one_estimate(ontology: Ontology, estimates: Mapping[str, TravelEstimate]) -> None:
-    """All travel durations must be estimated in the same way; estimates by the name of the duration model."""
-    names = sorted(estimates)
-    problems = [
-        ontology.problem(
-            "KB162",
-            name,
-            f"names another service or other fields than {names[0]}; "
-            "only one way to estimate travel is supported, so give both the same",
-        )
-        for name in names
-        if estimates[name] != estimates[names[0]]
-    ]
-    if problems:
-        raise OntologyRejected(problems)
-
-
-def _not_positive(ontology: Ontology, robot: str) -> list[Problem]:
-    """What a robot, or its class, says to be zero or less though no robot is like that."""
-    return [
-        ontology.problem(
-            "KB132", robot, f"of the class {ontology.kind_of(robot)} has {prop} {value}; it must be a number above 0"
-        )
-        for prop in _POSITIVE
-        for value in ontology.values(prop, robot)
-        if not isinstance(value, int | float) or value <= 0
-    ]
-
-
-def _half_a_battery(ontology: Ontology, robot: str) -> list[Problem]:
-    """Energy without power, or power without energy: how long the robot can work is not known."""
-    pair = (Property.ENERGY_J, Property.POWER_W)
-    lacking = [prop for prop in pair if ontology.value(prop, robot) is None]
-    if len(lacking) != 1:
-        return []
-    [given] = set(pair) - set(lacking)
-    told = (
-        f"of the class {ontology.kind_of(robot)} has {given}, but no {lacking[0]}; give both, or none: it can work for"
-    )
-    return [ontology.problem("KB133", robot, f"{told} energy_J / power_W seconds")]
-
-
-def _no_room(ontology: Ontology) -> list[Problem]:
-    """Resources that nothing could ever use."""
-    return [
-        ontology.problem("KB134", name, f"has the capacity {value}; it must be a whole number above 0")
-        for prop, name, value in ontology.all_values()
-        if prop == Property.CAPACITY and (not isinstance(value, int) or value < 1)
-    ]
-
-
-def _require_values(
-    ontology: Ontology, requests: Mapping[str, tuple[Field, ...]], robots: Mapping[str, set[str]]
-) -> None:
-    """Robots must state what requests say of them, and what can be; files must be there.
-
-    Args:
-        requests: By who makes them.
-        robots: The names of those of their parameters that stand for robots.
-    """
-    problems: list[Problem] = []
-    for name, request in requests.items():
-        for field in request:
-            if field.file is not None and not field.file.exists():
-                problems.append(ontology.problem("KB125", name, f"names the file {field.file}, which does not exist"))
-    if problems:
-        raise OntologyRejected(problems)
-    problems = _no_room(ontology)
-    for robot in ontology.individuals(Kind.ROBOT):
-        problems += [*_not_positive(ontology, robot), *_half_a_battery(ontology, robot)]
-        for name, request in requests.items():
-            for field in request:
-                lacks = (
-                    field.of_property
-                    and field.parameter in robots[name]
-                    and ontology.value(field.of_property, robot) is None
-                )
-                if lacks:
-                    kind = ontology.kind_of(robot)
-                    problems.append(
-                        ontology.problem(
-                            "KB131",
-                            robot,
-                            f"has no {field.of_property}, which {name} needs; "
-                            f"give the class {kind} `SubClassOf: {field.of_property} value ...`",
-                        )
-                    )
-    if problems:
-        raise OntologyRejected(set(problems))
+    ontology, problems = check_ontology(path, folder)
+    reject_errors(problems)
+    assert ontology is not None, "where there is no ontology, there is an error"
+    return ontology

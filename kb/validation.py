@@ -11,11 +11,12 @@ import math
 import re
 from pathlib import Path
 
-from rdflib import OWL, RDF, RDFS, SH, XSD, BNode, Graph, Literal, URIRef
+from rdflib import OWL, RDF, RDFS, SH, XSD, Graph, Literal, URIRef
 from rdflib.term import Node
 
 from kb.files import OntologyFile, OntologyFiles, local_name
-from kb.problems import Problem
+from kb.kinds import check_kinds, described
+from kb.problems import Problem, errors
 from kb.vocabulary import CORE, Kind, Property
 
 _SHAPES = Path(__file__).resolve().parent / "shapes.ttl"
@@ -29,22 +30,59 @@ _REMARKS = {
     OWL.backwardCompatibleWith,
     OWL.incompatibleWith,
 }
-_KNOWN_DATATYPES = {XSD.string, XSD.boolean, XSD.integer, XSD.double, XSD.anyURI}
+MISLEADING = frozenset({"KB011", "KB012", "KB014", "KB015", "KB016", "KB017", "KB143", "KB144"})
+"""After these, a reasoner would complain of what is only their consequence."""
+_OF_PLACES = frozenset({"KB140", "KB141"})
+_CARDINALITIES = {
+    *(OWL.cardinality, OWL.minCardinality, OWL.maxCardinality),
+    *(OWL.qualifiedCardinality, OWL.minQualifiedCardinality, OWL.maxQualifiedCardinality),
+}
+"""Their numbers are nobody's values, and of a datatype of their own."""
+_STANDARD = (RDF, RDFS, OWL, XSD)
+_KNOWN_DATATYPES = {XSD.string, XSD.boolean, XSD.integer, XSD.double, XSD.decimal, XSD.anyURI}
 
 
 def check(files: OntologyFiles) -> list[Problem]:
     """All problems of files that parse, without the reasoner."""
     graph = files.merged()
-    misspelt = [*_unknown_terms(files, graph), *_datatypes(files)]
-    # A misspelt term or value makes shapes complain about what is only its consequence; of NaN, SHACL dies.
-    return misspelt or [
+    values = _datatypes(files)
+    if values:  # SHACL dies of NaN
+        return [*_unknown_terms(files, graph), *values]
+    unknown = _unknown_terms(files, graph)
+    kinds = _unless_near(graph, unknown, check_kinds(files, graph))
+    doubtful = [
         *_cycles(files, graph),
         *_two_values(files, graph),
         *_step_numbers(files, graph),
         *_fields(files, graph),
         *_stated_values(files, graph),
+        *_effects(files, graph),
         *_shapes(files, graph),
     ]
+    return [*unknown, *kinds, *_unless_near(graph, [*unknown, *errors(kinds)], doubtful)]
+
+
+def _unless_near(graph: Graph, sure: list[Problem], doubtful: list[Problem]) -> list[Problem]:
+    """What is misspelt or of the wrong kind is not blamed for what it lacks, too; nor is what refers to it."""
+    near = _neighborhood(graph, {p.entity for p in sure})
+    return [p for p in doubtful if p.entity not in near]
+
+
+def _neighborhood(graph: Graph, names: set[str]) -> set[str]:
+    """Entities, by name, with all that refer to them or that they refer to."""
+    if not names:
+        return set()
+    near = set(names)
+    for subject, _, value in graph:
+        pair = {local_name(str(subject)), local_name(str(value))}
+        if pair & names:
+            near |= pair
+    return near
+
+
+def processes_are_whole(problems: list[Problem]) -> bool:
+    """Whether processes can be compiled: places may lack something, processes may not."""
+    return all(p.code in _OF_PLACES for p in errors(problems))
 
 
 def _unknown_terms(files: OntologyFiles, graph: Graph) -> list[Problem]:
@@ -75,7 +113,7 @@ def _unknown_terms(files: OntologyFiles, graph: Graph) -> list[Problem]:
 
 def _is_standard(node: URIRef) -> bool:
     """Whether RDF or OWL itself defines a term; of other vocabularies of the W3C, all are taken for right."""
-    for namespace in (RDF, RDFS, OWL, XSD):
+    for namespace in _STANDARD:
         if node.startswith(str(namespace)):
             return node in namespace or node.startswith(str(RDF) + "_")
     return node.startswith("http://www.w3.org/")
@@ -84,27 +122,29 @@ def _is_standard(node: URIRef) -> bool:
 def _unknown(iri: str, declared: set[str]) -> str:
     """What to say of a term that nothing declares."""
     name = local_name(iri)
-    namesakes = sorted(d for d in declared if local_name(d) == name)
+    standard = [str(term) for space in _STANDARD for term in dir(space)]
+    namesakes = [term for term in standard if local_name(term) == name]
+    namesakes += sorted(d for d in declared if local_name(d) == name)
     if namesakes:
         return f"uses <{iri}>, which is declared nowhere; did you mean <{namesakes[0]}>?"
-    near = difflib.get_close_matches(name, sorted(map(local_name, declared)), n=1)
+    known = {local_name(d) for d in declared}
+    if any(iri.startswith(str(space)) for space in _STANDARD):
+        known = set(map(local_name, standard))
+    near = difflib.get_close_matches(name, sorted(known), n=1)
     hint = f"did you mean {near[0]}?" if near else "declare it, or use a term that is"
     return f"uses {name}, which is declared nowhere; {hint}"
 
 
 def _named(file: OntologyFile, node: Node) -> str:
-    """IRI of a node; of an anonymous one (a restriction, a list), that of the entity it describes."""
-    above: Node | None = node
-    while isinstance(above, BNode):
-        above = next(iter(sorted(file.graph.subjects(None, above), key=str)), None)
-    return file.iri if above is None else str(above)
+    """IRI of what a node of a file describes; else that of the file."""
+    return described(file.graph, node) or file.iri
 
 
 def _datatypes(files: OntologyFiles) -> list[Problem]:
     problems = []
     for file in files.files:
         for subject, predicate, value in file.graph:
-            if not isinstance(value, Literal):
+            if not isinstance(value, Literal) or predicate in _CARDINALITIES:
                 continue
             if value.ill_typed or value.datatype not in {None, *_KNOWN_DATATYPES}:
                 wrong = f"is no {local_name(str(value.datatype))} we know"
@@ -218,6 +258,18 @@ def _stated_values(files: OntologyFiles, graph: Graph) -> list[Problem]:
             continue
         told = f"states the value {str(value)!r} for {local_name(str(prop))}, {right}"
         problems.append(files.problem("KB144", str(subject), told))
+    return problems
+
+
+def _effects(files: OntologyFiles, graph: Graph) -> list[Problem]:
+    """Effects change fluents: of what is no fluent, neither planner nor store expects a change."""
+    problems = []
+    for effect in {o for o in graph.objects(None, _term(Property.HAS_EFFECT)) if isinstance(o, URIRef)}:
+        prop = graph.value(effect, _term(Property.OF_PROPERTY))
+        marks = [] if prop is None else [m for m in graph.objects(prop, _term(Property.FLUENT)) if m == Literal(True)]
+        if prop is not None and not marks:
+            told = f"changes {local_name(str(prop))}, which is no fluent; mark that property `fluent true`"
+            problems.append(files.problem("KB145", str(effect), f"{told}, or change another"))
     return problems
 
 

@@ -185,7 +185,8 @@ class World:
                 effects[effect.prop, subject] = value
                 if effect.prop == Property.LOCATED_AT and self.snapshot.ontology.is_a(subject, Kind.ROBOT):
                     effects[POSITION, subject] = value
-            for conditions in self._cases(bound(list(operator.conditions), binding), wanted=True):
+            cases = self._cases(bound(list(operator.conditions), binding), wanted=True)
+            for conditions in dict.fromkeys(cases):  # of a rule, many are alike
                 yield Ground(
                     operator=operator,
                     binding=binding,
@@ -224,6 +225,9 @@ class World:
             case Struct("compare", (str(op), one, other)):
                 if self.compares(op, one, other) is wanted:
                     yield frozenset()
+            case Struct("is_a", (individual, str(kind))):
+                if self.snapshot.ontology.is_a(str(individual), kind) is wanted:
+                    yield frozenset()
             case Struct("holds", (str(prop), str(subject), str() | int() | float() as value)):
                 fact: Fact = (prop, subject, value)
                 if (prop, subject) in self.changed:
@@ -255,6 +259,9 @@ class World:
             case Struct("value", (str(prop), str(subject))):
                 numbers = [v for v in self.values(prop, subject) if isinstance(v, int | float)]
                 return numbers[0] if numbers else None
+            case Struct("plus" | "minus" | "times" as word, (one, other)):
+                a, b = self._number(one), self._number(other)
+                return None if a is None or b is None else {"plus": a + b, "minus": a - b, "times": a * b}[word]
             case int() | float():
                 return term
             case _:

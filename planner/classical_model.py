@@ -199,6 +199,9 @@ class Model:
                 return self._em.Equals(self._expression(one, parameters), self._expression(other, parameters))
             case Struct("compare", (str(op), one, other)):
                 return self._compared(op, one, other, parameters)
+            case Struct("is_a", (individual, str(kind))):
+                able = self._fluent(f"is_{kind}", x=self._individual)
+                return self._em.FluentExp(able, [self._expression(individual, parameters)])
             case _:
                 raise AssertionError(f"no condition: {condition!r}")
 
@@ -410,6 +413,8 @@ def _said(term: Term) -> str:
     match term:
         case Var(name):
             return name
+        case Struct("plus" | "minus" | "times" as word, parts):
+            return f"{word}_{'_and_'.join(map(_said, parts))}"
         case Struct(_, parts):
             return "_of_".join(map(_said, parts))
         case _:

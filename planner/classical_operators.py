@@ -10,13 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import product
+from math import prod
 from typing import TypeAlias
 
 from kb.compiler import Compiler
+from kb.ontology import Ontology
 from kb.processes import Process, Role
 from kb.store import Snapshot
 from kb.terms import Struct, Term, Var, struct
 from kb.vocabulary import Property
+
+_MOST_CASES = 200
+"""Ways to satisfy a rule that are written out; each is a case of each ground operator."""
 
 KNOWN = "known"
 """The value that a fluent gets whose values are messages: it has one."""
@@ -128,6 +134,38 @@ class _Unfit(Exception):
     """Why a process is no operator."""
 
 
+class Unwritten(_Unfit):
+    """Why a condition of a rule cannot be written out."""
+
+
+def written_out(condition: Term, ontology: Ontology) -> Term:
+    """A condition without variables of its own: of `some`, one of all cases that there are.
+
+    Raises:
+        Unwritten: A variable stands for a number, or for something of no known class; or there are too many cases.
+    """
+    match condition:
+        case Struct("some", (list(over), part)):
+            names, individuals = [], []
+            for typed in over:
+                match typed:
+                    case Struct("-", (Var(name), str(kind))):
+                        names.append(name)
+                        individuals.append(ontology.individuals(kind))
+                    case _:
+                        raise Unwritten("a rule of it asks for a number, or for something of no class that we know")
+            if prod(map(len, individuals)) > _MOST_CASES:
+                raise Unwritten(f"a rule of it may be satisfied in more than {_MOST_CASES} ways")
+            body = written_out(part, ontology)
+            return struct("any", [bound(body, dict(zip(names, each, strict=True))) for each in product(*individuals)])
+        case Struct("all" | "any" | "not" as word, parts):
+            return Struct(word, tuple(written_out(part, ontology) for part in parts))
+        case list():
+            return [written_out(part, ontology) for part in condition]
+        case _:
+            return condition
+
+
 def offered(snapshot: Snapshot, *, parts: bool = False) -> Offer:
     """The operators that a knowledge base offers.
 
@@ -138,6 +176,9 @@ def offered(snapshot: Snapshot, *, parts: bool = False) -> Offer:
     operators: dict[str, Operator] = {}
     refused: dict[str, str] = {}
     for name, process in sorted(snapshot.processes.items()):
+        if snapshot.ontology.value(Property.RETIRED, name) is True:
+            refused[name] = "it is retired"
+            continue
         try:
             operators[name] = _Reading(facts, snapshot).operator(process, part=parts)
         except _Unfit as unfit:
@@ -329,6 +370,12 @@ class _Reading:
                 return struct("compare", op, *sides)
             case Struct("is_true", _):
                 raise _Unfit("it decides on what only acting finds out")
+            case Struct("is_a" | "same", parts):
+                if any(isinstance(part, Struct) for part in parts):
+                    raise _Unfit("it asks for what only acting finds out")
+                return condition
+            case Struct("some"):
+                return self._at_start(written_out(condition, self._ontology))
             case Struct(functor, parts):
                 return Struct(functor, tuple(self._at_start(part) for part in parts))
             case list():

@@ -10,37 +10,38 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from xml.sax.saxutils import escape, quoteattr
 
 from kb.store import Snapshot
 from kb.terms import Struct, Term
 from kb.vocabulary import CORE, CORE_IRI, Kind, Property
+from kb.writing import Entity, Sort, ontology_text
 from planner.classical_goal import BadGoal, GoalPlan
+from planner.classical_realizes import task_inputs
 
 _NAME = re.compile(r"[A-Z][A-Za-z0-9_]*")
-_RDF = "http://www.w3.org/1999/02/22-rdf-syntax-ns#"
-_XSD = "http://www.w3.org/2001/XMLSchema#"
-_SORTS: dict[type, str] = {bool: "boolean", int: "integer", float: "double"}
 
 
-def as_owl(plan: GoalPlan, name: str, snapshot: Snapshot) -> str:
-    """Write a plan as an ontology file with one composite process.
+def as_owl(plan: GoalPlan, name: str, snapshot: Snapshot, *, kept_at_s: float = 0.0, realizes: str = "") -> str:
+    """Write a plan as an ontology file with one composite process, which tells where it comes from.
 
     Args:
         plan: One with steps.
         name: Of the process, such as `FindBoth`; the file is to be saved as `tasks/find_both.owl`, say, and imported
             where it shall be known.
+        kept_at_s: Time now, since the fleet was opened.
+        realizes: The task type that it is a way to accomplish, such as `SeeDrink`, with the individuals that stand for
+            its inputs where that is not plain: `SeeDrink(drink=drink_1)`.
 
     Returns:
         RDF/XML in UTF-8. Its ontology is named for the process and imports what defines the processes it performs.
 
     Raises:
-        BadGoal: The plan has no steps, or the name is no new name of a process.
+        BadGoal: The plan has no steps, the name is no new name of a process, or it is no way to accomplish the task.
     """
     check_name(name, snapshot)
     if not plan.steps:
         raise BadGoal(plan.goal.text, f"there are no steps to keep as a recipe: {plan.reason}")
-    return _Writer(plan, name, snapshot).text()
+    return _Writer(plan, name, snapshot).text(kept_at_s, realizes)
 
 
 def check_name(name: str, snapshot: Snapshot) -> None:
@@ -78,10 +79,18 @@ class _Writer:
         self._iris = {str(s).rpartition("#")[2]: str(s) for s in graph.subjects() if "#" in str(s)}
         self._iri = f"{CORE_IRI.rpartition('/')[0]}/{file_name(name)}"
         self._kinds = self._parameters()
+        self._names = {individual: _camel(individual) for individual in self._kinds}
         self._things: list[_Thing] = []
 
-    def text(self) -> str:
+    def text(self, kept_at_s: float, realizes: str) -> str:
         """The file."""
+        relations: list[tuple[str, str]] = []
+        task = None
+        if realizes:
+            inputs = {i: kind for i, kind in self._kinds.items() if i in self._plan.goal.names}
+            task, names = task_inputs(realizes, inputs, self._snapshot)
+            self._names |= names
+            relations.append((Property.REALIZES, task))
         body = self._until_reached(self._construct(self._program))
         picked = [i for i in self._kinds if i not in self._plan.goal.names]
         for individual in reversed(picked):
@@ -89,28 +98,26 @@ class _Writer:
             over = (Property.OVER_PARAMETER, self._parameter(individual))
             self._things.append(_Thing(name=thing, kind=Kind.PICK, relations=(over, (Property.BODY_STEP, body))))
             body = thing
-        relations = [(Property.COMPOSED_OF, body)]
+        relations.append((Property.COMPOSED_OF, body))
         for number, (individual, kind) in enumerate(self._kinds.items(), start=1):
             role = "Local" if individual in picked else "Input"
             relations.append(
                 (Property.HAS_LOCAL if role == "Local" else Property.HAS_INPUT, self._parameter(individual))
             )
-            values = ((Property.PARAMETER_NAME, _camel(individual)), (Property.PARAMETER_NUMBER, 10 * number))
+            values = ((Property.PARAMETER_NAME, self._names[individual]), (Property.PARAMETER_NUMBER, 10 * number))
             relation = ((Property.PARAMETER_TYPE, kind),)
             self._things.append(_Thing(name=self._parameter(individual), kind=role, relations=relation, values=values))
-        process = _Thing(name=self._name, kind=Kind.COMPOSITE_PROCESS, relations=tuple(relations))
-        individuals = "".join(self._individual(thing) for thing in [process, *self._things])
-        comment = f"Kept from a plan for the goal {self._plan.goal.text}."
-        imports = "".join(f'        <owl:imports rdf:resource="{escape(iri)}"/>\n' for iri in sorted(self._imports()))
-        return (
-            '<?xml version="1.0"?>\n'
-            f'<rdf:RDF xmlns="{self._iri}#"\n     xml:base="{self._iri}"\n     xmlns:core="{CORE}"\n'
-            f'     xmlns:owl="http://www.w3.org/2002/07/owl#"\n     xmlns:rdf="{_RDF}"\n'
-            '     xmlns:rdfs="http://www.w3.org/2000/01/rdf-schema#">\n'
-            f'    <owl:Ontology rdf:about="{self._iri}">\n{imports}'
-            f"        <rdfs:comment>{escape(comment)}</rdfs:comment>\n    </owl:Ontology>\n"
-            f"{individuals}</rdf:RDF>\n"
+        provenance: tuple[tuple[str, str | float], ...] = (
+            (Property.FOUND_FOR_GOAL, self._plan.goal.text),
+            (Property.FOUND_IN_KNOWLEDGE, self._snapshot.ontology.files.digest),
+            (Property.FOUND_MAKESPAN_S, self._plan.makespan_ms / 1000),
+            (Property.KEPT_AT_S, float(kept_at_s)),
         )
+        kind = Kind.COMPOSITE_PROCESS
+        process = _Thing(name=self._name, kind=kind, relations=tuple(relations), values=provenance)
+        comment = f"Kept from a plan for the goal {self._plan.goal.text}."
+        individuals = [self._individual(thing) for thing in [process, *self._things]]
+        return ontology_text(self._iri, individuals, imports=self._imports(task), comments=[comment])
 
     def _parameters(self) -> dict[str, str]:
         """The class that each individual of the plan has to be of, by individual, in order of coming up."""
@@ -216,24 +223,24 @@ class _Writer:
                 self._things.append(_Thing(name=binding, kind="Binding", relations=ends))
         self._things[place] = _Thing(name=name, kind=Kind.PERFORM, relations=tuple(relations))
 
-    def _imports(self) -> set[str]:
-        used = {callee for _, callee, _ in calls(self._program)} | set(self._kinds.values())
+    def _imports(self, task: str | None) -> set[str]:
+        used = (
+            {callee for _, callee, _ in calls(self._program)} | set(self._kinds.values()) | ({task} if task else set())
+        )
         return {self._about(name).partition("#")[0] for name in used}
 
     def _about(self, name: str) -> str:
         own = name == self._name or name.startswith(f"{self._name}_")
         return f"{self._iri}#{name}" if own else self._iris.get(name, CORE + name)
 
-    def _individual(self, thing: _Thing) -> str:
-        lines = [f'        <rdf:type rdf:resource="{CORE}{thing.kind}"/>']
-        lines += [f"        <core:{p} rdf:resource={quoteattr(self._about(to))}/>" for p, to in thing.relations]
-        for prop, value in thing.values:
-            sort = _SORTS.get(type(value))
-            typed = f' rdf:datatype="{_XSD}{sort}"' if sort else ""
-            said = str(value).lower() if isinstance(value, bool) else str(value)
-            lines.append(f"        <core:{prop}{typed}>{escape(said)}</core:{prop}>")
-        about = quoteattr(self._about(thing.name))
-        return "\n".join([f"    <owl:NamedIndividual rdf:about={about}>", *lines, "    </owl:NamedIndividual>\n"])
+    def _individual(self, thing: _Thing) -> Entity:
+        return Entity(
+            iri=self._about(thing.name),
+            sort=Sort.INDIVIDUAL,
+            types=(CORE + thing.kind,),
+            links=tuple((CORE + prop, self._about(to)) for prop, to in thing.relations),
+            values=tuple((CORE + prop, value) for prop, value in thing.values),
+        )
 
 
 def calls(program: Term) -> Iterator[tuple[str, str, tuple[Term, ...]]]:

@@ -19,7 +19,7 @@ from kb.store import Snapshot
 from kb.terms import Struct, Term, Var, struct
 from planner.classical_ground import World
 from planner.classical_model import Model
-from planner.classical_operators import Facts, Operator, bound, offered, variables
+from planner.classical_operators import Facts, Operator, Unwritten, bound, offered, variables, written_out
 from planner.network import Travel
 
 _MOST_ORDERS = 4
@@ -167,8 +167,8 @@ class _Translation:
     ) -> None:
         """A way to do a task: all parts, and `then`, which has the same variables, after them."""
         subtasks = [self._part(part, kinds, task.name) for part in parts]
+        asked = [] if condition is None else [self._written_out(condition, task.name)]
         names = {p.name for p in task.parameters}.union(*({p.name for p in s.parameters} for s in subtasks))
-        asked: list[Term] = [] if condition is None else [condition]
         types = {name: self._model.parameter_type(kinds[name])[0] for name in sorted(names | variables(asked))}
         method = Method(self._named(task.name), _env=self._problem.environment, **types)
         own = {p.name: p for p in method.parameters}
@@ -176,7 +176,6 @@ class _Translation:
         for fnode in self._model.kind_conditions({name: kinds[name] for name in types}, own):
             method.add_precondition(fnode)
         for term in asked:
-            self._refuse_sensing(term, task.name)
             method.add_precondition(self._model.condition(term, own))
         after = [] if then is None else [then]
         done = [method.add_subtask(self._subtask(s, *(own[p.name] for p in s.parameters))) for s in [*subtasks, *after]]
@@ -187,7 +186,7 @@ class _Translation:
     def _turns(self, over: list[Term], condition: Term, body: Term, name: str) -> list[Term]:
         names = [str(v.args[0].name) for v in over if isinstance(v, Struct) and isinstance(v.args[0], Var)]
         kinds = [str(v.args[1]) for v in over if isinstance(v, Struct)]
-        self._refuse_sensing(condition, name)
+        condition = self._written_out(condition, name)
         turns = []
         for individuals in product(*(self._snapshot.ontology.individuals(kind) for kind in kinds)):
             binding: dict[str, Term] = dict(zip(names, individuals, strict=True))
@@ -200,6 +199,13 @@ class _Translation:
             if cases:
                 turns.append(bound(body, binding))
         return turns
+
+    def _written_out(self, condition: Term, name: str) -> Term:
+        self._refuse_sensing(condition, name)
+        try:
+            return written_out(condition, self._snapshot.ontology)
+        except Unwritten as unwritten:
+            raise CannotExport(f"{name} cannot be exported: {unwritten}") from unwritten
 
     def _refuse_sensing(self, condition: Term, name: str) -> None:
         match condition:

@@ -165,7 +165,7 @@ class _Run:
         Raises:
             _Stuck: It is not found out how.
         """
-        end = max(self.part(root, 0, 0), *self.calendar.free_ms.values())
+        end = max([self.part(root, 0, 0), *self.calendar.free_ms.values()])
         numbered = sorted(enumerate(self.calendar.steps), key=lambda s: (s[1].start_ms, s[1].end_ms, s[0]))
         return Solution(choices=self.calendar.choices, steps=tuple(step for _, step in numbered), makespan_ms=end)
 

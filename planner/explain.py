@@ -345,9 +345,9 @@ def _label(option: Option, asked: Label) -> Label:
 
 
 def _name(option: Option, label: Label) -> str:
-    """What a label is called: an individual, or the process that the branch begins with, with its number."""
+    """What a label is called: an individual, or the process that the branch begins with, numbered if others do too."""
     name = option.names[option.labels.index(label)]
-    return name if option.kind == "individual" or isinstance(label, str) else f"{label} ({name})"
+    return name if isinstance(label, str) or option.names.count(name) == 1 else f"{label} ({name})"
 
 
 def _serving(rows: Sequence[tuple[str, Sequence[str], Sequence[str]]]) -> frozenset[str]:

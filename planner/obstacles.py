@@ -108,6 +108,13 @@ def _obstacle(
             wish = f"{robot} were a {capability}"
             change = Change(kind=ChangeKind.CAPABILITY, subject=robot, what=capability, text=wish)
             return about(ObstacleKind.CAPABILITY, (robot,), f"it is no {told}", change)
+        case "is_no", [robots, individual, wanted]:
+            means = ontology.definition(wanted)
+            told = f"{individual} is no {wanted} ({means})" if means else f"{individual} is no {wanted}"
+            change = Change(
+                kind=ChangeKind.CAPABILITY, subject=individual, what=wanted, text=f"{individual} were a {wanted}"
+            )
+            return about(ObstacleKind.CONDITION, robots, told, change)
         case "twice", [robot]:
             return about(ObstacleKind.SAME_ROBOT, (robot,), "it takes different robots", None)
         case "nobody", [wanted]:

@@ -6,10 +6,11 @@ times come from a function that the caller passes in.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import copy
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, TypeAlias
+from typing import Any, Self, TypeAlias
 
 from kb.compiler import Program
 from kb.prolog import Entry, PrologError
@@ -52,6 +53,8 @@ _next_actions = _entry("steps", "next_actions")
 _report = _entry("steps", "report")
 _retry = _entry("steps", "retry")
 _observe = _entry("steps", "observe")
+_rebase = _entry("steps", "rebase")
+_fork_session = _entry("steps", "fork_session")
 _needed_travels = _entry("planning", "needed_travels")
 _look_ahead = _entry("planning", "look_ahead")
 _cover_plan = _entry("planning", "cover_plan")
@@ -107,12 +110,15 @@ class Progress:
         done: Nothing remains of the program.
         running: How many actions are running now.
         replan: The plan goes no further, or was made for something else than what is so now: plan again.
+        own: So many of the facts told, the first, are effects of the action reported; the others are effects of the
+            process that ends next.
     """
 
     events: tuple[StepEvent, ...]
     done: bool
     running: int
     replan: bool
+    own: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -173,6 +179,7 @@ class Session:
         head = self._head(key, process, arguments)
         self._beginning = beginning(key, head, now_s)
         self._abandoned: set[str] = set()
+        self._unfit: set[str] = set()
         _open_session(struct("request", key, snapshot.revision, head, robots, round(now_s * MS_PER_S)))
         self._from_start = True
 
@@ -319,6 +326,8 @@ class Session:
         """
         if action.id in self._abandoned:  # it ended before anybody could stop it
             return Progress(events=(), done=False, running=0, replan=False)
+        if action.id in self._unfit:
+            return self._chosen_anew(action, now_s=now_s)
         values: list[Term] = [
             struct("-", _location(action.argument(name)), value) for name, value in sorted(truths.items())
         ]
@@ -328,13 +337,53 @@ class Session:
         """Tell of a change that no action of this request made; start all that may start now."""
         return self._progress(_observe(struct("changed", self._key, round(now_s * MS_PER_S), prop, subject, value)))
 
+    def rebased(
+        self, snapshot: Snapshot, *, forgotten: Iterable[tuple[str, str]], anew: bool, now_s: float
+    ) -> Progress:
+        """Go on under another revision of the knowledge; start all that may start now.
+
+        What is running goes on. Where its robot is no longer capable of what it is to do next, the robot is chosen
+        anew when that has ended, and only then a plan is made. The programs of what is left to do must be the same in
+        both (`kb.difference.program_changed`).
+
+        Args:
+            forgotten: The (property, individual) pairs whose told values hold no more.
+            anew: The plan rests on something that has changed; without, it is still seen to whether for-eachs have
+                other turns now.
+        """
+        keys: list[Term] = [struct("-", prop, subject) for prop, subject in forgotten]
+        change = struct("rebased", self._key, round(now_s * MS_PER_S), snapshot.revision, keys, anew)
+        self._snapshot, self._from_start = snapshot, False
+        answer = _rebase(change)
+        self._unfit = set(answer["unfit"])
+        return self._progress(answer)
+
+    def fork(self, key: str, snapshot: Snapshot, *, forgotten: Iterable[tuple[str, str]], now_s: float) -> Self:
+        """A copy to plan with, as this session would be if it were rebased now; this one stays as it is.
+
+        Args:
+            key: Name of the copy; close it after use.
+        """
+        keys: list[Term] = [struct("-", prop, subject) for prop, subject in forgotten]
+        _fork_session(struct("fork", self._key, key, round(now_s * MS_PER_S), snapshot.revision, keys))
+        twin = copy.copy(self)
+        twin._key, twin._snapshot, twin._from_start = key, snapshot, False
+        return twin
+
     def failed(self, action: Action, *, now_s: float) -> Retry:
         """Report that an action has failed. Plan again before going on."""
         answer = _retry(struct("failed", self._key, round(now_s * MS_PER_S), action.id))
         events = [self._event(*row) for row in answer["events"]]
         abandoned = tuple(e.action for e in events if isinstance(e, Abandoned))
         self._abandoned |= {a.id for a in abandoned}
+        self._unfit -= {action.id, *self._abandoned}
         return Retry(excluded=str(answer["excluded"]) if answer["retry"] else None, abandoned=abandoned)
+
+    def _chosen_anew(self, action: Action, *, now_s: float) -> Progress:
+        """An action has ended whose robot must not go on."""
+        retry = self.failed(action, now_s=now_s)
+        events = tuple(Abandoned(action=a) for a in retry.abandoned)
+        return Progress(events=events, done=False, running=len(self._unfit), replan=not self._unfit)
 
     def close(self) -> None:
         """Forget the session."""
@@ -354,7 +403,13 @@ class Session:
                 self._abandoned.add(event.action.id)
             elif isinstance(event, Started):
                 self._abandoned.discard(event.action.id)
-        return Progress(events=events, done=answer["done"], running=answer["running"], replan=answer["replan"])
+        return Progress(
+            events=events,
+            done=answer["done"],
+            running=answer["running"],
+            replan=answer["replan"],
+            own=answer.get("own", 0),
+        )
 
     def _event(self, kind: str, *row: Any) -> StepEvent:
         match kind:

@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from kb.ontology import Ontology, Value
 from kb.processes import Role
 from kb.store import Snapshot
+from kb.swrl import Rules, read_rules
 from kb.terms import Struct, Term, Var
 from kb.vocabulary import Kind, Property
+from planner.checking.rules import satisfied
 
 Definitions = Mapping[str, tuple[tuple[Term, ...], Term]]
 """Parameters and body of each composite process, by name."""
@@ -62,6 +65,10 @@ class Demands:
         self._definitions = definitions
         self._read: dict[str, Demand] = {}
 
+    @cached_property
+    def _rules(self) -> Rules:
+        return read_rules(self._ontology)
+
     def of(self, name: str) -> Demand:
         """The demand of a process.
 
@@ -83,7 +90,7 @@ class Demands:
             parameters=tuple(p.name for p in arguments),
             robots=robots,
             capabilities=tuple(frozenset(self._required(name, n, ())) for n in robots),
-            preconditions=tuple(self._condition(e) for e in self._names(Property.HAS_PRECONDITION, name)),
+            preconditions=tuple(self._condition(e, name) for e in self._names(Property.HAS_PRECONDITION, name)),
             effects=tuple(self._effects(name)),
             claims=tuple(self._parameter(e) for e in self._names(Property.CLAIMS_PARAMETER, name)),
             keeps_robots=self._ontology.value(Property.KEEPS_ROBOT, name) is True,
@@ -115,9 +122,9 @@ class Demands:
         value = self._ontology.value(Property.HAS_VALUE, entity)
         return self._parameter(self._ontology.value(Property.OBJECT_PARAMETER, entity)) if value is None else value
 
-    def _condition(self, entity: str) -> Term:
-        """A condition, in the terms of programs."""
-        operands: list[Term] = [self._condition(e) for e in self._names(Property.OPERAND, entity)]
+    def _condition(self, entity: str, process: str) -> Term:
+        """A condition of a process, in the terms of programs."""
+        operands: list[Term] = [self._condition(e, process) for e in self._names(Property.OPERAND, entity)]
         prop = self._ontology.value(Property.OF_PROPERTY, entity)
         if self._ontology.is_a(entity, Kind.ALL_OF):
             return Struct("all", (operands,))
@@ -133,6 +140,9 @@ class Demands:
             other = self._ontology.value(Property.OBJECT_PROPERTY, entity)
             right = self._object(entity) if other is None else Struct("value", (str(other), self._object(entity)))
             return Struct("compare", (comparison, left, right))
+        if self._ontology.is_a(entity, Kind.RULE_CONDITION):
+            names = [p.name for p in self._processes[process].parameters]
+            return satisfied(self._rules.of.get(entity, ()), names)
         return Struct("is_true", (self._parameter(self._ontology.value(Property.OF_TRUTH_VALUE, entity)),))
 
     # What a process requires of a robot

@@ -5,6 +5,8 @@ from __future__ import annotations
 import operator
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
+from math import isfinite
 from typing import TypeAlias
 
 from kb.store import Snapshot
@@ -88,6 +90,8 @@ def shown(value: Term) -> str:
             return f"{frame}/{name}"
         case Struct("fluent", (prop, subject)):
             return f"{prop}({subject})"
+        case Var(name):
+            return name
         case _:
             return str(value)
 
@@ -97,6 +101,7 @@ def same(one: Term, other: Term) -> bool:
     return type(one) is type(other) and one == other
 
 
+_ARITHMETIC = {"plus": operator.add, "minus": operator.sub, "times": operator.mul}
 _COMPARISONS = {
     "less": operator.lt,
     "at_most": operator.le,
@@ -119,6 +124,7 @@ class Knowledge:
         self._told = snapshot.fluents
         self._truths = truths
         self._members: dict[str, list[str]] = {}
+        self._subjects: dict[str, set[str]] = {}
 
     def is_a(self, individual: str, kind: str) -> bool:
         """Whether an individual belongs to a class."""
@@ -163,8 +169,16 @@ class Knowledge:
                 known = self.values(prop, _individual(subject, binding), moment)
                 return any(same(wanted, v) for v in known)
             case Struct("compare", (str(comparison), left, right)):
-                one, other = self._operand(left, binding, moment), self._operand(right, binding, moment)
-                return one is not None and other is not None and bool(_COMPARISONS[comparison](one, other))
+                sides = product(self._numbers(left, binding, moment), self._numbers(right, binding, moment))
+                return any(_COMPARISONS[comparison](one, other) for one, other in sides)
+            case Struct("is_a", (individual, str(kind))):
+                return self.is_a(_individual(individual, binding), kind)
+            case Struct("same", (one, other)):
+                return same(bound(one, binding), bound(other, binding))
+            case Struct("some", (list(over), part)):
+                kinds = dict(map(_drawn, over))
+                outside = {name: value for name, value in binding.items() if name not in kinds}
+                return any(True for _ in self._join(kinds, _parts(part, kinds), outside, moment))
             case Struct("is_true", (location,)):
                 place = shown(bound(location, binding))
                 if place not in self._truths:
@@ -186,13 +200,18 @@ class Knowledge:
             raise unknown
         return not by
 
-    def _operand(self, term: Term, binding: Binding, moment: Moment) -> float | None:
+    def _numbers(self, term: Term, binding: Binding, moment: Moment) -> list[int | float]:
+        """The numbers that one side of a comparison stands for; none if it stands for none."""
         match term:
             case Struct("value", (str(prop), subject)):
-                return self.number(prop, _individual(subject, binding), moment)
+                found = self.values(prop, _individual(subject, binding), moment)
+                return [v for v in found if isinstance(v, int | float) and not isinstance(v, bool)]
+            case Struct("plus" | "minus" | "times" as word, (left, right)):
+                sides = product(self._numbers(left, binding, moment), self._numbers(right, binding, moment))
+                return [n for one, other in sides if (n := _calculated(word, one, other)) is not None]
             case _:
                 value = bound(term, binding)
-                return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+                return [value] if isinstance(value, int | float) and not isinstance(value, bool) else []
 
     def solutions(
         self, over: Sequence[tuple[str, str]], condition: Term, binding: Binding, moment: Moment
@@ -205,13 +224,12 @@ class Knowledge:
         Raises:
             OnlyActingTells: For some of them, it depends on that.
         """
-        kinds = dict(over)
-        conditions = [(part, frozenset(_variables(part, kinds))) for part in _conjuncts(condition)]
-        found = self._join(kinds, conditions, dict(binding), moment)
+        kinds: dict[str, str | None] = dict(over)
+        found = self._join(kinds, _parts(condition, kinds), dict(binding), moment)
         return sorted({tuple([str(solution[name]) for name, _ in over]) for solution in found})
 
     def _join(
-        self, kinds: Mapping[str, str], conditions: list[_Conjunct], binding: dict[str, Term], moment: Moment
+        self, kinds: Mapping[str, str | None], conditions: list[_Conjunct], binding: dict[str, Term], moment: Moment
     ) -> Iterator[dict[str, Term]]:
         """Extend a binding to all variables: conditions are asked as soon as they can be."""
         left, unknown = [], None
@@ -232,12 +250,18 @@ class Knowledge:
             yield binding
             return
         name, values = self._next(kinds, left, binding, free, moment)
+        kind = kinds[name]
         for value in values:
-            if isinstance(value, str) and self.is_a(value, kinds[name]):
+            if kind is None or (isinstance(value, str) and self.is_a(value, kind)):
                 yield from self._join(kinds, left, {**binding, name: value}, moment)
 
     def _next(
-        self, kinds: Mapping[str, str], conditions: list[_Conjunct], binding: Binding, free: list[str], moment: Moment
+        self,
+        kinds: Mapping[str, str | None],
+        conditions: list[_Conjunct],
+        binding: Binding,
+        free: list[str],
+        moment: Moment,
     ) -> tuple[str, Sequence[Term]]:
         """The variable to bind next, and its candidates: where one is the value of something known, that is all."""
         followed = set()
@@ -248,8 +272,26 @@ class Knowledge:
                     if isinstance(individual, str):
                         return name, self.values(prop, individual, moment)
                     followed.add(name)
-        name = next((name for name in free if name not in followed), free[0])
-        return name, self.members(kinds[name])
+        for name in sorted(free, key=lambda name: name in followed):
+            kind = kinds[name]
+            if kind is not None:
+                return name, self.members(kind)
+        for condition, _ in conditions:
+            match condition:
+                case Struct("holds", (str(prop), Var(name), _)) if name in free:
+                    return name, self._having(prop, moment)
+                case Struct("is_a", (Var(name), str(kind))) if name in free:
+                    return name, self.members(kind)
+        raise CannotCheck(f"nothing says what {free[0]} is")
+
+    def _having(self, prop: str, moment: Moment) -> list[str]:
+        """Those of whom anything is known to have a property, by name."""
+        if not self._subjects:
+            for key, subject, _ in self._ontology.all_values():
+                self._subjects.setdefault(key, set()).add(subject)
+            for key, subject in self._told:
+                self._subjects.setdefault(key, set()).add(subject)
+        return sorted(self._subjects.get(prop, set()) | {s for key, s in moment.fluents if key == prop})
 
 
 def _individual(term: Term, binding: Binding) -> str:
@@ -257,6 +299,30 @@ def _individual(term: Term, binding: Binding) -> str:
     if isinstance(individual, Var):
         raise CannotCheck(f"nothing says who {individual.name} is")
     return str(individual)
+
+
+def _calculated(word: str, one: float, other: float) -> float | None:
+    """A sum, difference or product; None if it is beyond all numbers."""
+    try:
+        number: int | float = _ARITHMETIC[word](one, other)
+        return None if isinstance(number, float) and not isfinite(number) else number
+    except OverflowError:
+        return None
+
+
+def _drawn(variable: Term) -> tuple[str, str | None]:
+    """Name and class of a variable of `some`; no class if it stands for what a property has."""
+    match variable:
+        case Struct("-", (Var(name), str(kind))):
+            return name, kind
+        case Var(name):
+            return name, None
+        case _:
+            raise CannotCheck(f"no variable: {variable}")
+
+
+def _parts(condition: Term, kinds: Mapping[str, str | None]) -> list[_Conjunct]:
+    return [(part, frozenset(_variables(part, kinds))) for part in _conjuncts(condition)]
 
 
 def _conjuncts(condition: Term) -> Iterator[Term]:
@@ -268,7 +334,7 @@ def _conjuncts(condition: Term) -> Iterator[Term]:
             yield condition
 
 
-def _variables(term: Term, among: Mapping[str, str]) -> set[str]:
+def _variables(term: Term, among: Mapping[str, str | None]) -> set[str]:
     match term:
         case Var(name):
             return {name} & among.keys()

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from math import floor
 
-from kb.terms import Struct, Term
+from kb.terms import Struct, Term, Var
 from kb.vocabulary import Property
 from planner.checking.demands import Demand, Demands
 from planner.checking.moment import Binding, Knowledge, Moment, OnlyActingTells, Run, bound, shown
@@ -217,8 +217,24 @@ def written(condition: Term) -> str:
             return f"{prop}({shown(subject)})"
         case Struct("is_true", (place,)):
             return shown(place)
+        case Struct("some", (list(over), part)):
+            return f"some {', '.join(_named(v) for v in over)} with {written(part)}"
+        case Struct("is_a", (individual, kind)):
+            return f"{shown(individual)} is a {kind}"
+        case Struct("same", (one, other)):
+            return f"{shown(one)} is {shown(other)}"
+        case Struct("plus" | "minus" | "times" as word, (one, other)):
+            return f"({written(one)} {word} {written(other)})"
         case _:
             return shown(condition)
+
+
+def _named(variable: Term) -> str:
+    match variable:
+        case Struct("-", (Var(name), kind)):
+            return f"{kind} {name}"
+        case _:
+            return written(variable)
 
 
 def _released(step_id: str, demand: Demand, moment: Moment) -> Mapping[str, tuple[str, ...]]:

@@ -32,6 +32,7 @@ its agents and claim resources too, from its first step to its end; its own step
 :- use_module(kb_rules(facts), [agent/3, claims/3, duration/3, keeps_robot/2, kind/3, odds/3, parameter/4, precondition/3]).
 :- use_module(kb_rules(capability), [capable/3]).
 :- use_module(planner_golog(projection)).
+:- use_module(planner_golog(conditions)).
 :- use_module(planner_golog(travel)).
 
 %!  agents_of(+Head, -Agents, +Situation) is det.

@@ -11,6 +11,7 @@
 :- use_module(library(occurs), [sub_term/2]).
 :- use_module(kb_rules(facts), [definition/4]).
 :- use_module(planner_golog(projection)).
+:- use_module(planner_golog(conditions)).
 :- use_module(planner_golog(actions)).
 :- use_module(planner_golog(transition)).
 
@@ -40,7 +41,7 @@ horizon(pconc(Ps), S, Ls) :- horizon(conc(Ps), S, Ls).
 horizon(search(P), S, Ls) :- horizon(P, S, Ls).
 horizon(deadline(_, P), S, Ls) :- horizon(P, S, Ls).
 horizon(foreach(F, Step, Vs, C, Inner, P), S, Ls) :-
-    asked(C, S, Answer),
+    asked(some(Vs, C), S, Answer),
     (   Answer = unknown(L)
     ->  Ls = [L]
     ;   instances(F, Step, Vs, C, Inner-P, S, Turns),

@@ -99,6 +99,9 @@ reads_(interrupt(_, _, Vars, C, P), Classes, S, Property, X) :- !,
     ( reads(C, Classes1, S, Property, X) ; reads(P, Classes1, S, Property, X) ).
 reads_(pick(_, _, V, Class, P), Classes, S, Property, X) :- !,
     reads(P, [V-Class|Classes], S, Property, X).
+reads_(some(Vars, C), Classes, S, Property, X) :- !,
+    append(Vars, Classes, Classes1),
+    reads(C, Classes1, S, Property, X).
 reads_(Term, Classes, S, Property, X) :-
     compound(Term),
     arg(_, Term, Part),
@@ -107,7 +110,7 @@ reads_(Term, Classes, S, Property, X) :-
 subject(Subject, Classes, S, X) :-
     (   nonvar(Subject)
     ->  X = Subject
-    ;   member(V-Class, Classes), V == Subject
+    ;   member(Typed, Classes), nonvar(Typed), Typed = V-Class, V == Subject
     ->  revision(S, Revision),
         kind(Revision, X, Class)
     ;   true
@@ -247,7 +250,9 @@ tells_apart(Part, Class) :-
     sub_term(T, Part),
     nonvar(T),
     (   T = pick(_, _, _, Class, _)
-    ;   ( T = foreach(_, _, Vars, _, _, _) ; T = interrupt(_, _, Vars, _, _) ), member(_-Class, Vars)
+    ;   T = is_a(_, Class)
+    ;   ( T = foreach(_, _, Vars, _, _, _) ; T = interrupt(_, _, Vars, _, _) ; T = some(Vars, _) ),
+        member(Typed, Vars), nonvar(Typed), Typed = _-Class
     ).
 
 mentioned(Part, R) :-

@@ -30,6 +30,7 @@ network is a relaxation. planner/network.py says the same in Python.
 :- use_module(kb_rules(facts), [agent/3, definition/4, duration/3, effect/4, keeps_robot/2, kind/3, precondition/3, value/4]).
 :- use_module(kb_rules(capability), [capable/3]).
 :- use_module(planner_golog(projection)).
+:- use_module(planner_golog(conditions)).
 :- use_module(planner_golog(actions)).
 :- use_module(planner_golog(influence)).
 :- use_module(planner_golog(transition)).

@@ -15,6 +15,7 @@
 :- use_module(kb_rules(facts), [duration/3, effect/4]).
 :- use_module(kb_rules(capability), [capable/3]).
 :- use_module(planner_golog(projection)).
+:- use_module(planner_golog(conditions)).
 :- use_module(planner_golog(actions)).
 :- use_module(planner_golog(horizon)).
 :- use_module(planner_golog(influence)).
@@ -170,7 +171,7 @@ call_of(interrupt(_, _, Vs, _, P), S, G, H) :-
     findall(Keys, members_of(Vs, S), Tuples),
     member(Tuple, Tuples), copy_term(Keys-P, Tuple-Q), call_of(Q, S, G, H).
 call_of(foreach(F, Step, Vs, C, Inner, P), S, G, H) :-
-    asked(C, S, yes),
+    asked(some(Vs, C), S, yes),
     instances(F, Step, Vs, C, Inner-P, S, Turns),
     call_of(Turns, S, G, H).
 call_of(scope(_, Head, P), S, G, H) :- ( H = Head ; call_of(P, S, G, H) ).

@@ -18,8 +18,6 @@
             take_log/3,                 % +Situation, -Oldest first, -Situation
             note/3,                     % +Event, +Situation, -Situation
             progressed/2,               % +Situation, -Key
-            holds/2,                    % +Condition, +Situation
-            asked/3,                    % +Condition, +Situation, -Answer
             fluent_value/4,             % +Property, ?Subject, ?Value, +Situation
             known/3,                    % +Key, -Value, +Situation
             known_pair/3,               % +Situation, ?Key, -Value
@@ -102,50 +100,6 @@ note(Event, s(Fixed, N, F, Rs, T, G), s(Fixed, N, F, Rs, T, [Event|G])).
 
 progressed(s(_, Now, Fluents, Runs, Team, _), k(Now, Pairs, Runs, Team)) :-
     assoc_to_list(Fluents, Pairs).
-
-%!  holds(+Condition, +Situation) is nondet.
-%
-%   Closed world: what is not known to hold does not. Unbound variables are existential; each
-%   solution binds them.
-%
-%   @error depends_on_sensing(Location) looking ahead: only acting finds out
-
-holds(all(Conditions), S) :- all_hold(Conditions, S).
-holds(any(Conditions), S) :- member(Condition, Conditions), holds(Condition, S).
-holds(not(Condition), S) :- \+ holds(Condition, S).
-holds(holds(Property, Subject, Object), S) :- fluent_value(Property, Subject, Object, S).
-holds(compare(Op, A, B), S) :- number_of(A, X, S), number_of(B, Y, S), compares(Op, X, Y).
-holds(is_true(Location), S) :- truth(Location, S).
-
-all_hold([], _).
-all_hold([Condition|Conditions], S) :-
-    holds(Condition, S),
-    all_hold(Conditions, S).
-
-number_of(value(Property, Subject), Number, S) :- !, fluent_value(Property, Subject, Number, S), number(Number).
-number_of(Number, Number, _) :- number(Number).
-
-compares(less, X, Y) :- X < Y.
-compares(at_most, X, Y) :- X =< Y.
-compares(more, X, Y) :- X > Y.
-compares(at_least, X, Y) :- X >= Y.
-compares(equal, X, Y) :- X =:= Y.
-
-truth(Location, S) :-
-    (   known(Location, Value, S)
-    ->  Value == true
-    ;   ahead(S, _)
-    ->  throw(error(depends_on_sensing(Location), _))
-    ).
-
-%!  asked(+Condition, +Situation, -Answer) is det.
-%
-%   Answer is `yes`, `no` or, looking ahead, unknown(Location): only acting finds out. Binds nothing.
-
-asked(Condition, S, Answer) :-
-    catch(( \+ holds(Condition, S) -> Answer = no ; Answer = yes ),
-          error(depends_on_sensing(Location), _),
-          Answer = unknown(Location)).
 
 %!  fluent_value(+Property, ?Subject, ?Value, +Situation) is nondet.
 %

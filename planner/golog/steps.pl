@@ -5,7 +5,9 @@
             next_actions/2,             % +Request, -Dict
             report/2,                   % +Outcome, -Dict
             retry/2,                    % +Failure, -Dict
-            observe/2                   % +Change, -Dict
+            observe/2,                  % +Change, -Dict
+            rebase/2,                   % +Change, -Dict
+            fork_session/2              % +Fork, -Dict
           ]).
 
 /** <module> The planner online: outcome in, startable actions out
@@ -17,6 +19,8 @@ its key. These are entries of planner/planner.py (see kb/prolog.py); plans are m
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(yall)).
+:- use_module(library(occurs), [sub_term/2]).
+:- use_module(kb_rules(capability), [capable/3]).
 :- use_module(kb_rules(facts), [kind/3]).
 :- use_module(planner_golog(syntax)).
 :- use_module(planner_golog(actions)).
@@ -95,7 +99,8 @@ adopted(Guide0, Waits, Open, S0, S) :-
 %!  report(+Outcome, -Dict) is det.
 %
 %   Outcome is done(Session, Now, Id, Values), Values a list of loc(Frame,Name)-Value: the action has
-%   succeeded and found out Values. Starts all that may start now.
+%   succeeded and found out Values. Starts all that may start now. Dict.own tells how many of the facts told
+%   come from the action itself, not from processes that ended with it: they come first.
 
 report(done(Session, Now, Id, Values), Dict) :-
     kept(Session, P, S0),
@@ -110,7 +115,10 @@ report(done(Session, Now, Id, Values), Dict) :-
         ;   S = S4, Replan = false
         ),
         ( known(waits, true, S) -> Ended = all ; Ended = [Id] ),
-        go_on(Ended, Session, P, S, Replan, Dict)
+        log(S, Effects),
+        length(Effects, Own),
+        go_on(Ended, Session, P, S, Replan, Dict0),
+        put_dict(own, Dict0, Own, Dict)
     ;   throw(error(existence_error(running_action, Id), _))
     ).
 
@@ -157,13 +165,65 @@ observe(changed(Session, Now, Property, Subject, Value), Dict) :-
     kept(Session, P, S0),
     at_time(S0, Now, S1),
     set_data(Property-Subject, Value, S1, S2),
-    revised(P, S2, P1, S3),
-    (   P1 == P
-    ->  S = S3, Replan = false
-    ;   set_data(awaiting, true, S3, S4), drop(planned, S4, S), Replan = true,
+    revised(P, S2, P1, S),
+    ( P1 == P -> Anew = false ; Anew = true ),
+    go_on_revised(Anew, Session, P1, S, Dict).
+
+go_on_revised(Anew, Session, P, S0, Dict) :-
+    (   Anew == false
+    ->  S = S0
+    ;   set_data(awaiting, true, S0, S1), drop(planned, S1, S),
         ( take_planned(Session, _, _, _) -> true ; true )   % a plan that is still to be adopted is out of date
     ),
-    go_on(all, Session, P1, S, Replan, Dict).
+    go_on(all, Session, P, S, Anew, Dict).
+
+%!  rebase(+Change, -Dict) is det.
+%
+%   Change is rebased(Session, Now, Revision, Forgotten, Anew): from now on another revision of the knowledge is
+%   what holds, in which the programs of what is left to do are the same. Forgotten are the Property-Subject pairs
+%   whose values are those of the revision again. Anew: the plan rests on something else, whatever the turns are.
+%   Dict.unfit tells which actions are run by robots that are no longer capable of what they are to do next: they
+%   end as they began; to be reported as failed then, so that the robot is chosen anew.
+
+rebase(rebased(Session, Now, Revision, Forgotten, Anew0), Dict) :-
+    kept(Session, P0, S0),
+    moved(Now, Revision, Forgotten, P0, S0, P, S1),
+    findall(Id, unfit(P, S1, Id), Unfit0),
+    sort(Unfit0, Unfit),
+    ( P == P0, Unfit == [] -> Anew = Anew0 ; Anew = true ),
+    go_on_revised(Anew, Session, P, S1, Dict0),
+    ( Unfit == [] -> Replan = Anew ; Replan = false ),
+    Dict = Dict0.put(_{unfit: Unfit, replan: Replan}).
+
+unfit(P, S, Id) :-
+    revision(S, Revision),
+    running(S, Runs),
+    member(run(_, Agents, Id, _), Runs),
+    sub_term(T, P), nonvar(T), T = picked(_-Robot, _, Chosen),
+    memberchk(Robot, Agents),
+    runs(Chosen, Id),
+    sub_term(Next, Chosen), nonvar(Next), Next = call(_, _, Head), nonvar(Head),
+    agents_of(Head, Doing, S),
+    member(Agent, Doing), Agent == Robot,
+    functor(Head, Name, _),
+    \+ capable(Revision, Name, Robot).
+
+moved(Now, Revision, Forgotten, P0, S0, P, S) :-
+    at_time(S0, Now, S1),
+    with_revision(S1, Revision, S2),
+    foldl(drop, Forgotten, S2, S3),
+    revised(P0, S3, P, S).
+
+%!  fork_session(+Fork, -Dict) is det.
+%
+%   Fork is fork(Session, Copy, Now, Revision, Forgotten): a copy to look ahead from, as if rebased; the session
+%   itself stays as it is.
+
+fork_session(fork(Session, Copy, Now, Revision, Forgotten), _{}) :-
+    kept(Session, P0, S0),
+    moved(Now, Revision, Forgotten, P0, S0, P, S1),
+    take_log(S1, _, S),
+    keep(Copy, P, S).
 
 %!  retry(+Failure, -Dict) is det.
 %

@@ -40,8 +40,13 @@ A condition C is one of
     all([C, ...])  any([C, ...])  not(C)     AllOf, AnyOf, Not; not is by failure: closed world
     holds(Property, Subject, Value)          a property has a value, as far as is known
     compare(Op, A, B)                        numbers compare; Op is less, at_most, more, at_least or equal, A
-                                             and B are numbers or value(Property, Subject)
+                                             and B are numbers, value(Property, Subject), plus(A, B),
+                                             minus(A, B), times(A, B), or variables of a some around it
     is_true(loc(Frame, Name))                the truth value that an action has found out
+    some([V-Class, ...], C)                  C holds of some individuals of the classes; a V without a class is
+                                             whatever a property in C has for a value
+    is_a(Individual, Class)                  the individual belongs to the class
+    same(A, B)                               two individuals, or two values, are one
 
 Arguments of a Head are individuals, literals, loc(Frame, Name) for data, and fluent(Property, Subject)
 for the value that a property has when the process begins.
@@ -150,19 +155,38 @@ typed(Typed) :-
     ;   refuse(Typed, 'a Variable-Class')
     ).
 
-condition(C) :- var(C), !, refuse(C, 'a condition').
-condition(all(Cs)) :- is_list(Cs), !, maplist(condition, Cs).
-condition(any(Cs)) :- is_list(Cs), !, maplist(condition, Cs).
-condition(not(C)) :- !, condition(C).
-condition(holds(Property, _, _)) :- atom(Property), !.
-condition(compare(Op, A, B)) :-
-    memberchk(Op, [less, at_most, more, at_least, equal]), !,
-    ( operand(A), operand(B) -> true ; refuse(compare(Op, A, B), 'a comparison of numbers or values') ).
-condition(is_true(Location)) :- nonvar(Location), Location = loc(_, Name), atom(Name), !.
-condition(C) :- refuse(C, 'a condition').
+condition(C) :- condition(C, []).
 
-operand(X) :- number(X).
-operand(X) :- nonvar(X), X = value(Property, _), atom(Property).
+%   Drawn: the variables that some(Vars, C) around it gives values to.
+condition(C, _) :- var(C), !, refuse(C, 'a condition').
+condition(all(Cs), Drawn) :- is_list(Cs), !, maplist(condition_in(Drawn), Cs).
+condition(any(Cs), Drawn) :- is_list(Cs), !, maplist(condition_in(Drawn), Cs).
+condition(not(C), Drawn) :- !, condition(C, Drawn).
+condition(holds(Property, _, _), _) :- atom(Property), !.
+condition(compare(Op, A, B), Drawn) :-
+    memberchk(Op, [less, at_most, more, at_least, equal]), !,
+    ( operand(A, Drawn), operand(B, Drawn) -> true ; refuse(compare(Op, A, B), 'a comparison of numbers or values') ).
+condition(is_true(Location), _) :- nonvar(Location), Location = loc(_, Name), atom(Name), !.
+condition(some(Vars, C), Drawn) :- !,
+    ( is_list(Vars), Vars \== [] -> true ; refuse(Vars, 'a list of Variable-Class or variables') ),
+    forall(( member(V, Vars), nonvar(V) ), typed(V)),
+    term_variables(Vars, Own),
+    append(Own, Drawn, Drawn1),
+    condition(C, Drawn1).
+condition(is_a(_, Class), _) :- atom(Class), !.
+condition(same(_, _), _) :- !.
+condition(C, _) :- refuse(C, 'a condition').
+
+condition_in(Drawn, C) :- condition(C, Drawn).
+
+operand(X, Drawn) :- var(X), !, member(V, Drawn), V == X, !.
+operand(X, _) :- number(X), !.
+operand(value(Property, _), _) :- !, atom(Property).
+operand(X, Drawn) :- sum(X, A, B), operand(A, Drawn), operand(B, Drawn).
+
+sum(plus(A, B), A, B).
+sum(minus(A, B), A, B).
+sum(times(A, B), A, B).
 
 steps(Loop, P) :-
     ( stepless(P) -> refuse(Loop, 'a loop with something to do every time') ; true ).

@@ -26,6 +26,7 @@ ahead, to the next natural end) and planner_steps (acting, to what the robots re
 :- use_module(library(pairs)).
 :- use_module(kb_rules(facts), [definition/4]).
 :- use_module(planner_golog(projection)).
+:- use_module(planner_golog(conditions)).
 :- use_module(planner_golog(actions)).
 :- use_module(planner_golog(guide)).
 :- use_module(planner_golog(horizon), [halted/3]).
@@ -108,7 +109,7 @@ trans(deadline(Ms, P), S, deadline(Ms, P1), S1) :-  % ends in time, as far as we
     ;   true
     ).
 trans(foreach(F, Step, Vs, C, Inner, P), S, P1, S1) :- % OWL-S For-Each: one concurrent turn an individual
-    asked(C, S, yes),
+    asked(some(Vs, C), S, yes),
     turns(F, Step, Vs, C, Inner-P, S, Turns),
     findall(Name-Tuple, member(turn(Name, Tuple, _), Turns), Names),
     findall(Q, member(turn(_, _, Q), Turns), Qs),
@@ -182,7 +183,7 @@ final(deadline(Ms, P), S, S1) :-
     final(P, S, S1),
     (   ahead(S, _) -> latest(Ms, S, Latest), now(S, Now), Now =< Latest ; true ).
 final(foreach(F, Step, Vs, C, Inner, P), S, S1) :-
-    asked(C, S, Answer),
+    asked(some(Vs, C), S, Answer),
     (   Answer == no
     ->  S1 = S
     ;   Answer == yes
@@ -232,7 +233,7 @@ instances(Frame, Step, Vars, Condition, Turn, S, Programs) :-
 
 turns(Frame, Step, Vars, Condition, Inner-Body, S, Turns) :-
     pairs_keys(Vars, Keys),
-    findall(Keys, ( holds(Condition, S), members(Vars, S) ), Tuples0),
+    findall(Keys, satisfies(Vars, Condition, S), Tuples0),
     sort(Tuples0, Tuples),
     findall(X-x, member([X|_], Tuples), Firsts),
     group_pairs_by_key(Firsts, Counted),
@@ -243,9 +244,6 @@ turns(Frame, Step, Vars, Condition, Inner-Body, S, Turns) :-
               copy_term(t(Keys, Inner, Body), t(Tuple, Inner0, Program)) ),
             Turns).
 
-members([], _).
-members([X-Class|Vars], S) :- member_of(Class, X, S), members(Vars, S).
-
 %   A turn is called by its first individual, where that tells it from the others.
 turn_name([X|_], Counted, X) :-
     memberchk(X-[_], Counted), !.
@@ -254,7 +252,7 @@ turn_name(Tuple, _, Name) :-
 
 triggered(Vars, Condition, P, S, Bound) :-
     pairs_keys(Vars, Keys),
-    catch(findall(Keys, ( holds(Condition, S), members(Vars, S) ), Tuples),
+    catch(findall(Keys, satisfies(Vars, Condition, S), Tuples),
           error(depends_on_sensing(_), _), Tuples = []),
     sort(Tuples, [First|_]),
     copy_term(Keys-P, First-Bound).

@@ -1,4 +1,4 @@
-"""Writes the pages of the reference that say what is said elsewhere: the trace and the vocabulary."""
+"""Writes the pages of the reference that say what is said elsewhere: the trace, the vocabulary, the failures."""
 
 from __future__ import annotations
 
@@ -7,22 +7,24 @@ import inspect
 from collections.abc import Iterable
 from pathlib import Path
 
-from rdflib import OWL, RDF, RDFS, BNode, Graph, URIRef
+from rdflib import OWL, RDF, RDFS, SKOS, BNode, Graph, URIRef
 from rdflib.collection import Collection
 from rdflib.term import Node
 
 from executive import trace
 from kb.vocabulary import CORE, CORE_IRI
 
-_MARK = "<!-- Written by `pytest tests/docs --update-golden`; do not edit by hand. -->\n"
+MARK = "<!-- Written by `pytest tests/docs --update-golden`; do not edit by hand. -->\n"
 
 FIELDS = {
     "action": 'the action, `Process(robot,"argument",...)`; data are left out',
     "arguments": "individuals by the names of the inputs",
+    "changes": "what would be different: entities, programs, facts, plans of tasks; a sentence each",
     "elapsed_s": "from the call to the reply",
     "engine": "the planner of unified-planning that found it",
     "facts_told": "how many facts had been told to the knowledge base since it was loaded",
     "failure": "class of failure, such as `NoPath`; empty if it succeeded",
+    "folder": "where the files are; empty where an earlier revision is meant",
     "goal": "what shall be true, where no task type was asked for",
     "knowledge": "hash of the contents of all ontology files",
     "lower_bound_s": "no execution takes less",
@@ -35,6 +37,7 @@ FIELDS = {
     "program": "Prolog text, one procedure a line (see [golog.md](golog.md))",
     "prop": "the property",
     "reason": "why, in a sentence",
+    "revision": "number of a revision of the knowledge, from 1; of a task the one that it goes on under",
     "robot": "who does it; empty if no robot does. In `plan_made`, inside `steps`",
     "robots": "the names of the robots (`fleet_opened`), or how many may take part at most (`task_accepted`)",
     "search": "`[phase, effort, nodes, pruned, makespan, lower bound]` each; effort in seconds of computing",
@@ -42,6 +45,7 @@ FIELDS = {
     "seed": "of all chance in the simulator",
     "service": "full name of the service that was called",
     "site": "name of the site",
+    "source": "whose effect a fact is: an action or process; else `person` or `files`; empty in old traces",
     "status": "of a plan a [PlanStatus](python-api.md#planstatus), of a task a [TaskStatus](python-api.md#taskstatus)",
     "steps": "`[action, robot, start, end]` each, in seconds, ordered by start",
     "subject": "the individual whose property it is",
@@ -58,7 +62,7 @@ def trace_page() -> str:
     lines = [
         "# The trace",
         "",
-        _MARK,
+        MARK,
         "`concertmaster run` writes a trace: a file of [JSON Lines](https://jsonlines.org), one event a line, each",
         "with its `kind`. The events are declared in [executive/trace.py](../../executive/trace.py). Fields may be",
         "added; their meaning does not change. The same knowledge, scenario and seed give the same file, byte for",
@@ -88,7 +92,7 @@ def vocabulary_page(core: Path) -> str:
     lines = [
         "# The vocabulary",
         "",
-        _MARK,
+        MARK,
         f"The terms of [core.owl](../../kb/ontologies/core/core.owl), `{CORE_IRI}`. All other",
         "ontology files import it. Names end with the unit of their values: `_s`, `_m`, `_rad`, `_mps` (m/s), `_radps`",
         "(rad/s), `_J`, `_W`.",
@@ -111,6 +115,89 @@ def vocabulary_page(core: Path) -> str:
         for node in _named(graph, sort):
             domain, value = (_names(graph.objects(node, p)) for p in (RDFS.domain, RDFS.range))
             lines.append(f"| `{_name(node)}` | {domain} | {value} | {_sort(graph, node)} | {_comment(graph, node)} |")
+    return "\n".join([*lines, *_alignments(graph)]) + "\n"
+
+
+_VOCABULARIES = {
+    "owls": ("http://www.daml.org/services/owl-s/1.2/Process.owl#", "OWL-S 1.2, processes"),
+    "owlsg": ("http://www.daml.org/services/owl-s/1.2/Grounding.owl#", "OWL-S 1.2, groundings"),
+    "owlsx": ("http://www.daml.org/services/owl-s/1.2/generic/Expression.owl#", "OWL-S 1.2, expressions"),
+    "cora": ("http://purl.org/ieee1872-owl/cora-bare#", "IEEE 1872-2015, core ontology for robotics"),
+    "corax": ("http://purl.org/ieee1872-owl/corax#", "IEEE 1872-2015, what is above CORA"),
+    "rparts": ("http://purl.org/ieee1872-owl/rparts#", "IEEE 1872-2015, parts of robots"),
+    "pos": ("http://purl.org/ieee1872-owl/pos#", "IEEE 1872-2015, positions"),
+    "sumo": ("http://purl.org/ieee1872-owl/sumo-cora#", "what IEEE 1872-2015 takes from SUMO"),
+    "soma": ("http://www.ease-crc.org/ont/SOMA.owl#", "SOMA, the socio-physical model of activities"),
+    "dul": ("http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#", "DOLCE+DnS Ultralite"),
+    "sosa": ("http://www.w3.org/ns/sosa/", "SOSA, sensors and observations"),
+    "bot": ("https://w3id.org/bot#", "BOT, topology of buildings"),
+}
+
+
+def _alignments(graph: Graph) -> list[str]:
+    """Which terms of other vocabularies ours match, and how."""
+    lines = ["", "## Terms of other vocabularies", ""]
+    lines += ["Said by annotations (SKOS), which no reasoner heeds: nothing of others is imported.", ""]
+    lines += ["| prefix | namespace | what |", "|---|---|---|"]
+    lines += [f"| `{prefix}` | `{iri}` | {what} |" for prefix, (iri, what) in sorted(_VOCABULARIES.items())]
+    lines += ["", "| term | same | nearly | broader | narrower | related |", "|---|---|---|---|---|---|"]
+    matches = (SKOS.exactMatch, SKOS.closeMatch, SKOS.broadMatch, SKOS.narrowMatch, SKOS.relatedMatch)
+    for node in sorted({subject for match in matches for subject in graph.subjects(match)}, key=str):
+        cells = [", ".join(sorted(f"`{_short(o)}`" for o in graph.objects(node, match))) for match in matches]
+        lines.append(f"| `{_name(node)}` | {' | '.join(cells)} |")
+    return lines
+
+
+def _short(node: Node) -> str:
+    """An IRI by its prefix."""
+    for prefix, (iri, _) in _VOCABULARIES.items():
+        if str(node).startswith(iri):
+            return f"{prefix}:{str(node).removeprefix(iri)}"
+    raise AssertionError(f"tests/docs/generated.py: say what vocabulary {node} is of")
+
+
+def failures_page(failures: Path) -> str:
+    """docs/reference/failures.md."""
+    graph = Graph()
+    graph.parse(failures, format="xml")
+    lines = [
+        "# Failures",
+        "",
+        MARK,
+        "The classes of failure of [failures.owl](../../kb/ontologies/failures/failures.owl), how services tell them,",
+        "and what may help. A recovery that helps against a class helps against all classes below it. Processes name",
+        "the failures that they are to be reckoned with by `expectedFailure`. Times and odds are estimates to begin",
+        "with. The executive does not choose recoveries by them yet: it plans again.",
+        "",
+        "## Classes of failure",
+        "",
+        "| class | below | recovered by | meaning |",
+        "|---|---|---|---|",
+    ]
+    recovered, told = URIRef(CORE + "recoveredBy"), URIRef(CORE + "failureCode")
+    for node in _named(graph, OWL.Class):
+        above, recoveries = (_names(graph.objects(node, p)) for p in (RDFS.subClassOf, recovered))
+        lines.append(f"| `{_name(node)}` | {above} | {recoveries} | {_comment(graph, node)} |")
+    lines += [
+        "",
+        "## Recoveries",
+        "",
+        "| recovery | sort | time (s) | odds | attempts | meaning |",
+        "|---|---|---|---|---|---|",
+    ]
+    for node in _named(graph, OWL.NamedIndividual):
+        sort = _names(o for o in graph.objects(node, RDF.type) if o != OWL.NamedIndividual)
+        figures = [graph.value(node, URIRef(CORE + p)) for p in ("recoveryTime_s", "recoveryOdds", "maxAttempts")]
+        cells = " | ".join("" if figure is None else str(figure) for figure in figures)
+        lines.append(f"| `{_name(node)}` | {sort} | {cells} | {_comment(graph, node)} |")
+    lines += ["", "## Codes", "", "| source | code | name | class |", "|---|---|---|---|"]
+    codes = []
+    for failure, code in graph.subject_objects(told):
+        source, *number, name = str(code).split()
+        codes.append((source, int(number[0]) if number else 0, name, _name(failure), bool(number)))
+    lines += [
+        f"| `{s}` | {n if numbered else ''} | `{name}` | `{kind}` |" for s, n, name, kind, numbered in sorted(codes)
+    ]
     return "\n".join(lines) + "\n"
 
 

@@ -18,7 +18,17 @@ from executive.cli import main
 from executive.trace import TaskFinished, TraceEvent, narrate, read_trace
 from grounding.inprocess import Service
 
-COMMANDS = (["run"], ["plan"], ["trace"], ["kb"], ["kb", "check"])
+COMMANDS = (
+    ["run"],
+    ["plan"],
+    ["trace"],
+    ["kb"],
+    ["kb", "check"],
+    ["kb", "ask"],
+    ["kb", "explain"],
+    ["kb", "show"],
+    ["kb", "doc"],
+)
 
 
 @pytest.mark.parametrize("command", [[], *COMMANDS], ids=" ".join)
@@ -92,17 +102,17 @@ def test_kb_check_of_good_files(capsys: pytest.CaptureFixture[str]) -> None:
     """A line for people; an empty list as JSON."""
     assert main(["kb", "check"]) == 0
     assert re.fullmatch(r"tue_lab: \d+ files, no problems\n", capsys.readouterr().out)
-    assert main(["kb", "check", "--json"]) == 0
+    assert main(["kb", "check", "--format", "json"]) == 0
     assert json.loads(capsys.readouterr().out) == []
 
 
 def test_kb_check_tells_problems_as_json(knowledge: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """File, line, code, entity and message of each; exit status 2."""
+    """File, line, code, severity, entity and message of each; exit status 2."""
     file = knowledge / "tasks" / "navigation.owl"
     file.write_text(file.read_text(encoding="utf-8")[:5000], encoding="utf-8")
-    assert main(["kb", "check", "--json", "--knowledge", str(knowledge)]) == 2
+    assert main(["kb", "check", "--format", "json", "--knowledge", str(knowledge)]) == 2
     problems = json.loads(capsys.readouterr().out)
-    assert all(set(problem) == {"file", "line", "code", "entity", "message"} for problem in problems)
+    assert all(set(problem) == {"file", "line", "code", "severity", "entity", "message"} for problem in problems)
     assert ("navigation.owl", "KB001") in {(Path(problem["file"]).name, problem["code"]) for problem in problems}
 
 

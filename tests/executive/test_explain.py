@@ -6,7 +6,8 @@ import json
 
 import pytest
 
-from executive.cli import OK, REFUSED, main
+from executive.cli import main
+from executive.exit_codes import OK, REFUSED
 
 TASK = ("explain", "FindEmptyDrink", "room=tue_lab")
 
@@ -16,9 +17,10 @@ def test_it_tells_why(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(TASK) == OK
     first, *lines = capsys.readouterr().out.splitlines()
     assert first.startswith("SOLVED_OPTIMALLY: makespan ")
-    assert [line.split(" ")[0] for line in lines[:2]] == ["amigo_1", "pico_1"]
-    assert all(" would take " in line for line in lines[:2])
-    assert lines[2] == "What decides the makespan:"
+    assert lines[0] == "FindEachDrink at recipe: there is no other choice"
+    assert [line.split(" ")[0] for line in lines[1:3]] == ["amigo_1", "pico_1"]
+    assert all(" would take " in line for line in lines[1:3])
+    assert lines[3] == "What decides the makespan:"
 
 
 def test_it_tells_why_not_as_data(capsys: pytest.CaptureFixture[str]) -> None:
@@ -36,7 +38,7 @@ def test_it_tells_why_not_as_data(capsys: pytest.CaptureFixture[str]) -> None:
         ("--not", "drink_1", "--not drink_1 names one thing; name two"),
         ("--not", "nothing=pico_1", "no choice of the plan belongs to 'nothing'; there is "),
         ("--not", "drink_1=sofa", "sofa cannot be chosen at "),
-        ("--not", "FindEmptyDrink_pick=pico_1", "'FindEmptyDrink_pick' stands for several choices: "),
+        ("--not", "FindEachDrink_pick=pico_1", "'FindEachDrink_pick' stands for several choices: "),
         ("--first", "drink_1=nothing", "no step of the plan belongs to 'nothing'"),
     ],
 )

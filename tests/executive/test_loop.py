@@ -170,7 +170,7 @@ def test_effects_and_composites_are_passed_on_in_order() -> None:
     begun, ended = recorded(commands)
     assert begun == trace.ProcessBegun(t_s=1.0, task="one", process="Tidy(r1)", robot="r1")
     assert ended == trace.ProcessEnded(t_s=1.0, task="one", process="Tidy(r1)", robot="r1")
-    assert others(commands) == [Tell(task="one", prop="isClean", subject="attic", value=True)]
+    assert others(commands) == [Tell(task="one", prop="isClean", subject="attic", value=True, source=tidy)]
 
 
 def test_nothing_left_completes_the_task() -> None:

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from executive import events, loop
-from executive.trace import ActionReady, FleetOpened, TaskStatusChanged
+from executive.trace import ActionReady, TaskStatusChanged
 from kb.errors import InternalError
 from planner.plan import PlanStatus
 from planner.planner import Begun, Ended, Started, StepEvent
@@ -37,6 +37,24 @@ random_events: st.SearchStrategy[events.Event] = st.one_of(
     st.builds(arrived, st.integers(1, 6), st.sampled_from([SUCCEEDED, BROKEN])),
     st.builds(events.FailureWasReported, task=tasks, excluded=st.sampled_from(["r1", None])),
     st.builds(events.CancelRequested, task=tasks),
+    st.builds(
+        lambda removed, keeping, unfit: events.KnowledgeWasAccepted(
+            knowledge=events.NewKnowledge(
+                revision=2,
+                digest="",
+                folder="",
+                summary="",
+                changes=(),
+                earlier=False,
+                removed=removed,
+                keeping=dict.fromkeys(keeping, "another program"),
+                unfit=dict.fromkeys(unfit, "no sense"),
+            )
+        ),
+        st.frozensets(st.sampled_from(["r1", "r2", "attic"]), max_size=1),
+        st.sets(tasks),
+        st.sets(tasks),
+    ),
 )
 REQUESTS: list[events.Event] = [requested(task) for task in TASKS]
 histories = st.lists(random_events, max_size=30).flatmap(
@@ -65,11 +83,9 @@ def starts_on_a_leased_robot(state: loop.State, event: events.Event) -> bool:
 
 
 def task_of(command: events.Command) -> str:
-    """The task that a command is about."""
-    if not isinstance(command, events.Record):
-        return command.task
-    assert not isinstance(command.event, FleetOpened)
-    return command.event.task
+    """The task that a command is about; empty if it is about none."""
+    about = command.event if isinstance(command, events.Record) else command
+    return getattr(about, "task", "")
 
 
 @settings(max_examples=300, deadline=None)

@@ -29,7 +29,7 @@ def test_a_service_runs_with_files_given_by_name() -> None:
             "/compute/dance",
             {},
             "NoSuchService",
-            "there is no /compute/dance; there is /compute/detection, /compute/loc_map",
+            "there is no /compute/dance; there is /compute/compare, /compute/copy",
         ),
         ("compute/nav_map", {}, "NoSuchService", "there is no compute/nav_map"),
         (

@@ -72,6 +72,7 @@ def test_a_program_has_each_procedure_once_callers_first(shipped: KnowledgeBase)
     ]
     assert [h.functor for h in heads if isinstance(h, Struct)] == [
         "FindEmptyDrink",
+        "FindEachDrink",
         "SearchDrink",
         "Navigate",
         "Localize",

@@ -1,7 +1,14 @@
 from dataclasses import replace
+from pathlib import Path
 
-from kb.ontology import Ontology, fluent_properties
+import pytest
+
+from kb.files import read_files
+from kb.ontology import Ontology, close, fluent_properties
+from kb.problems import OntologyRejected
+from kb.reasoner import classify
 from kb.store import KnowledgeBase
+from tests.kb.conftest import IRI, SITE, Edit, added, given
 
 
 def ontology_of(shipped: KnowledgeBase) -> Ontology:
@@ -59,3 +66,58 @@ def test_messages_are_told_from_individuals(shipped: KnowledgeBase) -> None:
     ontology = ontology_of(shipped)
     assert [ontology.is_datum(kind) for kind in ("Scan", "Location", None)] == [True, False, False]
     assert [ontology.datum_property(prop) for prop in ("hasOdometry", "locatedAt")] == [True, False]
+
+
+FUNCTIONAL = f'<owl:FunctionalProperty rdf:about="{IRI}tue_lab.owl#nearest"/>'
+INVERSE = f'<owl:InverseFunctionalProperty rdf:about="{IRI}tue_lab.owl#nearest"/>'
+NEAREST = f'<owl:ObjectProperty rdf:about="{IRI}tue_lab.owl#nearest"/>'
+NEXT = (
+    f'<owl:ObjectProperty rdf:about="{IRI}tue_lab.owl#next">'
+    f'<rdfs:subPropertyOf rdf:resource="{IRI}tue_lab.owl#nearest"/></owl:ObjectProperty>'
+)
+
+
+def nearest(prop: str, one: str, other: str) -> Edit:
+    """A value of one of the two properties."""
+    return given(SITE, one, f'<site:{prop} xmlns:site="{IRI}tue_lab.owl#" rdf:resource="{IRI}tue_lab.owl#{other}"/>')
+
+
+@pytest.mark.parametrize(
+    ("edits", "entity", "words"),
+    [
+        (
+            [given(SITE, "bar_1", f'<owl:sameAs rdf:resource="{IRI}tue_lab.owl#cabinet_1"/>')],
+            "bar_1",
+            "is said to be the same as cabinet_1",
+        ),
+        (
+            [
+                added(SITE, NEAREST + NEXT + FUNCTIONAL),
+                nearest("nearest", "bar_1", "kitchen"),
+                nearest("next", "bar_1", "living_room"),
+            ],
+            "bar_1",
+            "has by inference 2 values of nearest, kitchen and living_room",
+        ),
+        (
+            [
+                added(SITE, NEAREST + INVERSE),
+                nearest("nearest", "bar_1", "at_bar"),
+                nearest("nearest", "cabinet_1", "at_bar"),
+            ],
+            "at_bar",
+            "is the nearest of bar_1 and cabinet_1",
+        ),
+    ],
+    ids=["stated", "functional", "inverse"],
+)
+def test_two_names_of_one_individual_are_refused(edits: list[Edit], entity: str, words: str, folder: Path) -> None:
+    """KB304: a reasoner would take the two for one in silence; planner and services would not."""
+    for edit in edits:
+        edit(folder)
+    files = read_files(folder / SITE, folder)
+    with pytest.raises(OntologyRejected) as caught:
+        close(files, classify(files))
+    (problem,) = caught.value.problems
+    assert (problem.code, problem.entity, problem.file) == ("KB304", entity, folder / SITE)
+    assert words in problem.message

@@ -43,4 +43,5 @@ def test_atomic_and_composite(shipped: KnowledgeBase) -> None:
     snapshot = shipped.snapshot()
     atomic = {name for name, process in snapshot.processes.items() if process.is_atomic}
     assert atomic == set(snapshot.groundings)
-    assert set(snapshot.processes) - atomic == {"FindEmptyDrink", "SearchDrink", "Navigate", "Localize"}
+    composite = {"FindEmptyDrink", "FindEachDrink", "SearchDrink", "Navigate", "Localize"}
+    assert set(snapshot.processes) - atomic == composite

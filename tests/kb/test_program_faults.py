@@ -14,19 +14,19 @@ from tests.kb.faults import Fault, fault, refused
 
 
 def construct(name: str, kind: str, *properties: str) -> Edit:
-    """Add a control construct around the body of FindEmptyDrink."""
-    return individual(TASK, name, kind, link("bodyStep", TASK, "FindEmptyDrink_body"), *properties)
+    """Add a control construct around the body of FindEachDrink."""
+    return individual(TASK, name, kind, link("bodyStep", TASK, "FindEachDrink_body"), *properties)
 
 
 def body(construct: str) -> Edit:
-    """Make FindEmptyDrink consist of another construct."""
-    return renamed(TASK, "FindEmptyDrink", "#FindEmptyDrink_body", f"#{construct}")
+    """Make FindEachDrink consist of another construct."""
+    return renamed(TASK, "FindEachDrink", "#FindEachDrink_body", f"#{construct}")
 
 
 def comparison(name: str, kind: str, *properties: str) -> Edit:
-    """Add a comparison of a property of the robot of FindEmptyDrink; without a kind, the rest alone."""
+    """Add a comparison of a property of the robot of FindEachDrink; without a kind, the rest alone."""
     said = (f"<core:comparison>{kind}</core:comparison>",) if kind else ()
-    left = (link("ofProperty", CORE, "radius_m"), link("subjectParameter", TASK, "FindEmptyDrink_robot"))
+    left = (link("ofProperty", CORE, "radius_m"), link("subjectParameter", TASK, "FindEachDrink_robot"))
     return individual(TASK, name, "Compare", *left, *said, *properties)
 
 
@@ -74,7 +74,7 @@ ROBOT, AREA = ("robot", "RobotParameter", "Robot"), ("area", "Input", "Area")
 LOCATION, THING = ("location", "Input", "Location"), ("location", "Input", "PhysicalObject")
 ROBOT_OF_BASE = link("subjectParameter", NAVIGATION, "Base_robot")
 HALF = number("hasValue", "0.5")
-RIGHT = (link("objectProperty", CORE, "energy_J"), link("objectParameter", TASK, "FindEmptyDrink_robot"))
+RIGHT = (link("objectProperty", CORE, "energy_J"), link("objectParameter", TASK, "FindEachDrink_robot"))
 WIDE = (link("ofProperty", CORE, "radius_m"), link("subjectParameter", NAVIGATION, "Navigate_robot"))
 MORE, AT_MOST = "<core:comparison>more</core:comparison>", "<core:comparison>at most</core:comparison>"
 IS_EMPTY = (link("ofProperty", CORE, "isEmpty"), link("subjectParameter", TASK, "SearchDrink_drink"))
@@ -106,8 +106,8 @@ SHAPES = [
     fault(
         "KB144",
         TASK,
-        "FindEmptyDrink_is_empty",
-        renamed(TASK, "FindEmptyDrink_is_empty", "#boolean", "#string"),
+        "FindEachDrink_is_empty",
+        renamed(TASK, "FindEachDrink_is_empty", "#boolean", "#string"),
         words="the value 'true' for isEmpty|datatype boolean",
     ),
     fault(
@@ -122,8 +122,8 @@ SHAPES = [
         "KB109",
         TASK,
         "Guard",
-        individual(TASK, "Guard", "Prioritized", link("hasStep", TASK, "FindEmptyDrink_body")),
-        words="FindEmptyDrink_body",
+        individual(TASK, "Guard", "Prioritized", link("hasStep", TASK, "FindEachDrink_body")),
+        words="FindEachDrink_body",
     ),
     fault(
         "KB163", NAVIGATION, "Laser", renamed(NAVIGATION, "Laser", ">0.008<", ">-1.0<"), words="duration_s|0 or more"
@@ -254,16 +254,16 @@ UNSOUND = [
             "In_itself",
             "Holds",
             link("ofProperty", CORE, "inArea"),
-            link("subjectParameter", TASK, "FindEmptyDrink_room"),
-            link("objectParameter", TASK, "FindEmptyDrink_room"),
+            link("subjectParameter", TASK, "FindEachDrink_room"),
+            link("objectParameter", TASK, "FindEachDrink_room"),
         ),
         individual(
             TASK,
             "Whenever",
             "Interrupt",
-            link("bodyStep", TASK, "FindEmptyDrink_SearchDrink"),
+            link("bodyStep", TASK, "FindEachDrink_SearchDrink"),
             link("hasCondition", TASK, "In_itself"),
-            *(link("overParameter", TASK, f"FindEmptyDrink_{name}") for name in ("robot", "drink", "location")),
+            *(link("overParameter", TASK, f"FindEachDrink_{name}") for name in ("robot", "drink", "location")),
         ),
         body("Whenever"),
         words="asks for inArea",

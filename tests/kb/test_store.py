@@ -1,11 +1,15 @@
 from collections.abc import Iterator
 from pathlib import Path
+from threading import Event, Thread
 
 import pytest
 
-from kb.store import KnowledgeBase
+from kb.files import SHIPPED
+from kb.history import Source, SourceKind
+from kb.problems import OntologyRejected
+from kb.store import KnowledgeBase, ProposalOutdated, UnknownRevision
 from kb.terms import Var, struct
-from tests.kb.conftest import ask, count
+from tests.kb.conftest import SITE, ask, count, dropped, renamed
 
 FACTS = {
     "kind": 3,
@@ -105,3 +109,135 @@ def test_a_site_may_stand_anywhere(folder: Path) -> None:
     files = {f.file for g in knowledge.snapshot().groundings.values() for f in g.request if f.file}
     assert {folder / file.relative_to(folder) for file in files} == files != set()
     knowledge.close()
+
+
+# Revisions
+
+
+def facts_of(key: int) -> int:
+    """How many facts Prolog holds of a revision."""
+    return sum(count(fact, key, arity) for fact, arity in FACTS.items())
+
+
+@pytest.fixture
+def edited(folder: Path) -> Path:
+    """A folder whose files say that drink_1 is at the cabinet."""
+    renamed(SITE, "drink_1", "#at_coffee_table", "#at_cabinet")(folder)
+    return folder
+
+
+def test_what_is_proposed_changes_nothing_until_it_is_accepted(knowledge: KnowledgeBase, edited: Path) -> None:
+    """Then all at once; snapshots of before stay as they are, and facts of before leave Prolog."""
+    knowledge.tell("isEmpty", "drink_2", False, t_s=1.0)
+    before = knowledge.snapshot()
+    proposal = knowledge.propose(knowledge.read(edited))
+    assert knowledge.snapshot() == before
+    assert proposal.snapshot.value("locatedAt", "drink_1") == "at_cabinet"
+    assert "locatedAt(drink_1) is at_cabinet from now on, as the files say" in proposal.text
+    knowledge.tell("isEmpty", "drink_1", False, t_s=2.0)  # meanwhile, life goes on
+    knowledge.accept(proposal, t_s=3.0)
+    after = knowledge.snapshot()
+    assert (before.number, after.number) == (1, 2)
+    assert before.value("locatedAt", "drink_1") == "at_coffee_table"
+    assert after.value("locatedAt", "drink_1") == "at_cabinet"
+    for prop, subject, value in (("locatedAt", "drink_1", "at_cabinet"), ("isEmpty", "drink_1", False)):
+        assert told(knowledge, prop, subject) == [value]
+    assert (after.value("isEmpty", "drink_1"), after.value("isEmpty", "drink_2")) == (False, False)
+    assert facts_of(before.revision) == 0
+    with pytest.raises(ProposalOutdated):
+        knowledge.accept(proposal)
+
+
+def test_facts_stay_as_long_as_somebody_uses_them(knowledge: KnowledgeBase, edited: Path) -> None:
+    """Until the last one lets go; those of a proposal that is withdrawn go at once."""
+    before = knowledge.snapshot()
+    with knowledge.in_use(before):
+        knowledge.hold(before)
+        knowledge.accept(knowledge.propose(knowledge.read(edited)))
+        assert facts_of(before.revision) > 0
+    assert facts_of(before.revision) > 0
+    knowledge.let_go(before)
+    assert facts_of(before.revision) == 0
+    proposal = knowledge.propose(knowledge.read(SHIPPED))
+    assert facts_of(proposal.revision.key) > 0
+    knowledge.withdraw(proposal)
+    assert facts_of(proposal.revision.key) == 0
+
+
+def test_wrong_files_leave_everything_as_it_is(knowledge: KnowledgeBase, folder: Path) -> None:
+    """No fact, no number, no proposal."""
+    before = knowledge.snapshot()
+    dropped(SITE, "at_bar", "poseX_m")(folder)
+    with pytest.raises(OntologyRejected):
+        knowledge.read(folder)
+    assert knowledge.snapshot() == before
+    assert knowledge.proposal is None
+    assert [r.number for r in knowledge.revisions] == [1]
+
+
+def test_rolling_back(knowledge: KnowledgeBase, edited: Path) -> None:
+    """The earlier revision as it was, with what has been told since; forward again as well."""
+    knowledge.accept(knowledge.propose(knowledge.read(edited)), t_s=1.0)
+    knowledge.tell("isEmpty", "drink_1", False, t_s=2.0)
+    for number, place in ((1, "at_coffee_table"), (2, "at_cabinet"), (1, "at_coffee_table")):
+        proposal = knowledge.propose_earlier(number)
+        assert proposal.earlier
+        knowledge.accept(proposal, t_s=3.0)
+        assert knowledge.snapshot().number == number
+        assert told(knowledge, "locatedAt", "drink_1") == [place]
+        assert told(knowledge, "isEmpty", "drink_1") == [False]
+    assert facts_of(knowledge.snapshot().revision) > 0
+    with pytest.raises(UnknownRevision, match="no revision 1 to go back to; there is 2"):
+        knowledge.propose_earlier(1)
+
+
+def test_where_facts_come_from(knowledge: KnowledgeBase, edited: Path) -> None:
+    """Each with its time, source, and what was so before; and what was known at a time."""
+    by = Source(kind=SourceKind.ACTION, task="Tidy-1", action="Put(amigo_1)", robot="amigo_1")
+    knowledge.tell("isEmpty", "drink_2", False, t_s=1.0, source=by)
+    knowledge.accept(knowledge.propose(knowledge.read(edited)), t_s=2.0)
+    action, files = knowledge.history()
+    assert (action.t_s, action.value, action.before, action.source) == (1.0, False, True, by)
+    assert (files.prop, files.value, files.before) == ("locatedAt", "at_cabinet", "at_coffee_table")
+    assert (files.source.kind, files.source.revision) == (SourceKind.FILES, 2)
+    assert knowledge.history("isEmpty", "drink_2") == (action,)
+    assert knowledge.known_at(0.0)["isEmpty", "drink_2"] is True
+    assert knowledge.known_at(1.5)["isEmpty", "drink_2"] is False
+    assert knowledge.known_at(1.5)["locatedAt", "drink_1"] == "at_coffee_table"
+    assert knowledge.known_at(2.0)["locatedAt", "drink_1"] == "at_cabinet"
+
+
+def test_readers_see_whole_states(knowledge: KnowledgeBase, edited: Path) -> None:
+    """One thread goes back and forth between revisions and tells; others never see a mixture."""
+    knowledge.accept(knowledge.propose(knowledge.read(edited)))
+    places = {1: "at_coffee_table", 2: "at_cabinet"}
+    wrong: list[tuple[int, object]] = []
+    ended = Event()
+
+    def look() -> None:
+        while not ended.is_set():
+            seen = knowledge.snapshot()
+            found = [seen.fluents["locatedAt", "drink_1"] for _ in range(2)]
+            if found != [places[seen.number]] * 2:
+                wrong.append((seen.number, found))
+
+    readers = [Thread(target=look) for _ in range(2)]
+    for reader in readers:
+        reader.start()
+    for number in (1, 2) * 5:
+        knowledge.accept(knowledge.propose_earlier(number))
+        for value in (True, False) * 5:
+            knowledge.tell("isEmpty", "drink_2", value)
+    ended.set()
+    for reader in readers:
+        reader.join()
+    assert wrong == []
+
+
+def test_snapshots_share_what_has_not_changed(knowledge: KnowledgeBase) -> None:
+    """Two snapshots with nothing told in between hold the same facts, not copies; later ones have their own."""
+    one, two = knowledge.snapshot(), knowledge.snapshot()
+    knowledge.tell("isEmpty", "drink_1", False)
+    three = knowledge.snapshot()
+    assert one.fluents == two.fluents != three.fluents
+    assert one.processes is two.processes is three.processes

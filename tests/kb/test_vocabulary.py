@@ -9,9 +9,19 @@ from tests.kb.conftest import CORE as CORE_FILE
 from tests.kb.conftest import OBJECTS
 
 PROPERTY_SORTS = (OWL.ObjectProperty, OWL.DatatypeProperty, OWL.AnnotationProperty)
-UNIT = re.compile(r"_(s|m|rad|mps|radps|J|W)\Z")
-# Numbers that count or order, or are a probability, and so have no unit.
-WITHOUT_UNIT = {"parameterNumber", "stepNumber", "capacity", "successOdds"}
+UNIT = re.compile(r"_(s|m|rad|mps|radps|J|W|kg|N|Nm)\Z")
+# Numbers that count or order, or are a probability or a factor, and so have no unit.
+WITHOUT_UNIT = {
+    "capacity",
+    "learnedOdds",
+    "learnedTravelFactor",
+    "maxAttempts",
+    "parameterNumber",
+    "recoveryOdds",
+    "stepNumber",
+    "successOdds",
+    "travelFactor",
+}
 
 
 def parsed(file: str) -> Graph:

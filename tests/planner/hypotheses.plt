@@ -10,7 +10,7 @@
 
 hall :-
     load_facts(
-        [ kind(h, r1, 'Robot'), kind(h, r2, 'Robot'), kind(h, r2, 'Lifter'),
+        [ kind(h, r1, 'Robot'), kind(h, r2, 'Robot'), kind(h, r2, 'Lifter'), kind(h, door, 'Door'),
           value(h, payload, r1, 2), value(h, weight, box, 3), fluent(h, open, door, false),
           value(h, energy_J, r1, 50), value(h, power_W, r1, 1000),
           agent(h, 'Go'(R1, _), R1), duration(h, 'Go'(R2, X2), travel(R2, X2, 10)),
@@ -68,6 +68,15 @@ test('what the program itself may change is not lasting', Lasting == [true, fals
     obstacles(call(f, x, 'Pass'(r2)), [[_, _, _, L1|_]]),
     obstacles([call(f, o, 'Open'(r2)), call(f, x, 'Pass'(r2))], [[_, _, _, L2|_]]),
     Lasting = [L1, L2].
+test('a rule that nothing satisfies: where one fact would do', Obstacles == [
+        [broken, s, [], true, open, door, false, equal, true, null], [broken, s, [], true, color, door, null, equal, red, null]]) :-
+    obstacles(test(some([D-'Door'], all([holds(open, D, true), holds(weight, box, 3)]))), [First]),
+    obstacles(test(some([D-'Door'], all([holds(open, D, false), holds(color, D, red)]))), [Second]),
+    Obstacles = [First, Second].
+test('a rule that something satisfies and that should not be', Obstacles == [[broken, s, [], true, open, door, false, differs, false, null]]) :-
+    obstacles(test(not(some([D-'Door'], holds(open, D, false)))), Obstacles).
+test('a sum that is too small, and a class', Obstacles == [[broken, s, [], true, payload, r1, 2, at_least, 7, null], [is_no, s, [], r1, 'Lifter']]) :-
+    obstacles([test(compare(at_least, value(payload, r1), plus(value(weight, box), 4))), test(is_a(r1, 'Lifter'))], Obstacles).
 test('no way, and a way by another place', Obstacles == [[way, 'Go', r2, p1]]) :-
     obstacles([call(f, a, 'Go'(r1, p2)), call(f, b, 'Go'(r2, p1))], Obstacles).
 test('a battery that is too small for a step', Obstacles == [[battery, 'Work', r1, 60, 50]]) :-

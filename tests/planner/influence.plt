@@ -34,6 +34,10 @@ test('a condition lasts if nothing called changes it') :- looking(S), full(b1, C
 test('else it does not', fail) :- looking(S), full(b1, C), lasting(C, [], ['Fill'], S).
 test('nor does what only acting finds out', fail) :- looking(S), lasting(is_true(loc(f, x)), [], [], S).
 test('a comparison is asked for values too', fail) :- looking(S), lasting(compare(less, value(full, b1), 3), [], ['Fill'], S).
+test('what a variable of some stands for may be changed', fail) :-
+    looking(S), lasting(some([B-'Box'], all([holds(color, r1, red), holds(full, B, true)])), [], ['Fill'], S).
+test('but not where it is of another class') :-
+    looking(S), lasting(some([B-'Robot'], holds(full, B, true)), [], ['Fill'], S), lasting(is_a(b1, 'Box'), [], ['Fill'], S).
 test('independent: steps that neither change nor ask') :- work(W), looking(S), once(independent(conc([W, call(f, a, 'Fill'(r2, b1))]), S)).
 test('dependent: what one changes, another asks for',
      [forall(member(Q, [call(f, b, 'Use'(r1, b1)), test(C), if(C, [], W), while(C, W), until(W, C), call(f, b, 'Both'(r1)),
@@ -56,6 +60,8 @@ test('does not: a condition that nothing changes', fail) :- full(b1, C), work(W)
 
 test('robots are alike that no class which is asked for tells apart', Gs-Hs == [[r1, r2, r3]]-[[r1, r2], [r3]]) :-
     work(W), looking(S), called(W, S, Names), alike(W, Names, S, Gs), alike(pick(f, p, R, 'Lifter', call(f, w, 'Work'(R))), Names, S, Hs).
+test('nor that a rule asks for', forall(member(C, [is_a(r1, 'Lifter'), not(some([X-'Lifter'], holds(color, X, red)))]))) :-
+    work(W), looking(S), alike(if(C, W, []), ['Work'], S, [_, _|_]).
 test('one that is named where a robot is picked is like no other', Gs == [[r1], [r2, r3]]) :-
     work(W), looking(S), P = pick(f, p, _, 'Robot', W), called(P, S, Names), alike(P, Names, S, Gs).
 test('and no condition', Gs == [[r1, r3], [r2]]) :-

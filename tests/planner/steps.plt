@@ -18,6 +18,14 @@ station :-
 
 station_gone :- drop_facts(t, _).
 
+% Revision u: the same programs, but r1 may not watch any more.
+station_u :-
+    forall(( member(Name/Arity, [kind/3, agent/3, duration/3, keeps_robot/2, definition/4]), functor(Fact, Name, Arity),
+             arg(1, Fact, t), call(kb_facts:Fact) ),
+           ( Fact =.. [Name, t|Arguments], Other =.. [Name, u|Arguments], load_facts([Other], _) )),
+    load_facts([requires(u, 'Watch', able), kind(u, r2, able)], _).
+station_u_gone :- drop_facts(u, _).
+
 open(Key) :- open_session(request(Key, t, 'Main', 2, 0), _).
 plan(Key, Now, Dict) :- look_ahead(ahead(Key, Now, tables([], [], [])), _), search_plan(search(Key, 1000, -1), Dict).
 % Events as kind-Id-robot.
@@ -50,6 +58,27 @@ test('a plan in the middle tells what is under way', Steps == [['s7/task/count',
     open(s7), plan(s7, 0, _), next_actions(next(s7, 0), _),
     report(done(s7, 20, 's7/task/guard/watch', []), _),
     plan(s7, 20, Dict), get_dict(steps, Dict, All), findall([Id, From, To], member([From, To, Id|_], All), Steps).
+
+test('under another revision what runs goes on, and who may not go on is told',
+     [setup(station_u), cleanup(station_u_gone), true(Found == [['r1/task/guard/watch'], false, 2])]) :-
+    open(r1), plan(r1, 0, _), next_actions(next(r1, 0), _),
+    rebase(rebased(r1, 5, u, [], true), Dict),
+    _{unfit: Unfit, replan: Replan, running: Running, events: []} :< Dict,
+    Found = [Unfit, Replan, Running].
+test('who may not go on is replaced once the action has ended', [setup(station_u), cleanup(station_u_gone), true(Robot == r2)]) :-
+    open(r2), plan(r2, 0, _), next_actions(next(r2, 0), _), rebase(rebased(r2, 5, u, [], true), _),
+    retry(failed(r2, 10, 'r2/task/guard/watch'), _), plan(r2, 10, _), next_actions(next(r2, 10), Next),
+    shown(Next, Events), memberchk(started-'r2/task/guard/watch'-Robot, Events).
+test('under a revision that says the same, the plan stays', Found == [[], false, []]) :-
+    open(r3), plan(r3, 0, _), next_actions(next(r3, 0), _),
+    rebase(rebased(r3, 5, t, [], false), Dict),
+    _{unfit: Unfit, replan: Replan, events: Events} :< Dict,
+    Found = [Unfit, Replan, Events].
+test('a copy is planned with; the session knows nothing of it', Dones == [false, false, true]) :-
+    open(r4), plan(r4, 0, _), next_actions(next(r4, 0), _),
+    fork_session(fork(r4, r4_copy, 5, t, []), _), plan(r4_copy, 5, Dict), get_dict(steps, Dict, [_|_]), close_session(r4_copy, _),
+    findall(Done, ( member(Id, ['r4/task/guard/watch', 'r4/task/count', 'r4/task/guard/report']),
+                    report(done(r4, 10, Id, []), D), get_dict(done, D, Done) ), Dones).
 
 test('after a failure the choice is open again, without who failed', Found == [true, r1, r2]) :-
     open(f1), plan(f1, 0, _), next_actions(next(f1, 0), _),

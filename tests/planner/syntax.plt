@@ -10,7 +10,8 @@ test('every construct is a program', forall(member(P, [[], [W, W], conc([W, []])
         pick(_, p, _, 'Robot', W), if(is_true(loc(_, ok)), W, []), while(not(holds(a, b, c)), W), until(W, any([])),
         foreach(_, e, [X-'Thing'], holds(dirty, X, true), _, W), pconc([W, W]), any_order(_, o, [W, []]), star(_, s, W),
         interrupt(_, i, [X-'Thing'], holds(dirty, X, true), W), interrupt(_, i, [], all([]), W), search(W), deadline(1, W),
-        test(compare(less, value(weight, cup), 3))]))) :-
+        test(compare(less, value(weight, cup), 3)), test(not(same(cup, jug))), test(any([is_a(cup, 'Clay')])),
+        test(some([V-'Thing', N], all([holds(weight, V, N), compare(less, plus(N, 1), times(N, minus(N, 2)))])))]))) :-
     wipe(W), well_formed(P).
 test('a variable is none', throws(error(malformed_program(_, 'a program'), _))) :- well_formed([_]).
 test('an unknown construct is none', throws(error(malformed_program(perhaps(_), 'a program'), _))) :-
@@ -25,7 +26,7 @@ test('a pick has a variable', throws(error(malformed_program(r-'Robot', 'a Varia
     wipe(W), well_formed(pick(_, p, r, 'Robot', W)).
 test('a for-each has variables', throws(error(malformed_program([], 'a list of Variable-Class'), _))) :-
     wipe(W), well_formed(foreach(_, e, [], all([]), _, W)).
-test('a condition is one of six', throws(error(malformed_program(maybe, 'a condition'), _))) :-
+test('a condition is one of nine', throws(error(malformed_program(maybe, 'a condition'), _))) :-
     wipe(W), well_formed(if(all([maybe]), W, [])).
 test('a truth value has a place', throws(error(malformed_program(is_true(yes), 'a condition'), _))) :-
     well_formed(test(is_true(yes))).
@@ -35,6 +36,10 @@ test('a deadline is some milliseconds', [forall(member(Ms, [0, -1, 1.5, soon])),
 test('numbers and values are compared', [forall(member(X, [weight, _, loc(f, n)])),
                                          throws(error(malformed_program(_, 'a comparison of numbers or values'), _))]) :-
     well_formed(test(compare(less, X, 3))).
+test('some has variables', [forall(member(Vs, [[], x, [x], [cup-'Thing'], [_-3]])), throws(error(malformed_program(_, _), _))]) :-
+    well_formed(test(some(Vs, all([])))).
+test('a number that nothing draws is not compared', throws(error(malformed_program(_, 'a comparison of numbers or values'), _))) :-
+    well_formed(test(all([some([N], holds(weight, cup, N)), compare(less, N, 3)]))).
 test('comparisons are five', throws(error(malformed_program(compare(about, 1, 2), 'a condition'), _))) :-
     well_formed(test(compare(about, 1, 2))).
 test('an interrupt has something to do', throws(error(malformed_program(_, 'a loop with something to do every time'), _))) :-

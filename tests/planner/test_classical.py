@@ -158,7 +158,7 @@ def test_offered(lab: Snapshot) -> None:
     assert sorted(operators) == ["Localize", "Navigate", "SearchDrink"]
     assert operators["SearchDrink"].fixed_ms == _FIND_MS
     assert [e.prop for e in operators["SearchDrink"].effects] == ["locatedAt", "hasPoseEstimate", "hasDetectedPosition"]
-    assert "foreach" in offer.refused["FindEmptyDrink"]
+    assert "foreach" in offer.refused["FindEachDrink"]
     assert "only another step can make" in offer.refused["Detection"]
 
 

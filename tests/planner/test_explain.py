@@ -199,7 +199,7 @@ def test_a_branch_is_called_by_its_process(tue_lab: Snapshot) -> None:
     body = struct("choice", FRAME, "how", [call("w", "Work", "ann"), call("t", "Think")])
     with asked(tue_lab, body) as (session, explainer):
         [reason] = explainer.why(planned(session)).choices
-    assert reason.text == "2 (Think) at how: 1 (Work) would take 2.000 s instead of 1.000 s"
+    assert reason.text == "Think at how: Work would take 2.000 s instead of 1.000 s"
 
 
 def test_parts_in_any_order(tue_lab: Snapshot) -> None:

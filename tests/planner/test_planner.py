@@ -132,7 +132,7 @@ def test_one_robot_does_both_in_the_better_order(tue_lab: Snapshot, first: float
     drinks = ["drink_1", "drink_2"] if first < second else ["drink_2", "drink_1"]
     assert searched(plan) == [("pico_1", drink) for drink in drinks]
     assert plan.makespan_s == pytest.approx(3.0 + 5.0 + 2 * (NAVIGATE_S + SEARCH_S))
-    frames = [s.action.id.split("/")[3] for s in plan.steps]
+    frames = [s.action.id.split("/")[4] for s in plan.steps]
     assert frames == sorted(frames, key=drinks.index), "steps of two searches alternate"
     session.close()
 

@@ -36,19 +36,19 @@ def lab_with(lab: Snapshot, robots: int, drinks: int) -> Snapshot:
 def tours_plan(lab: Snapshot, tours: Mapping[str, Sequence[str]], times: Mapping[tuple[str, str, str], float]) -> Plan:
     """The plan in which each robot visits its drinks one after the other, as early as it can."""
     steps: list[PlannedStep] = []
-    choices: dict[str, tuple[str | int, ...]] = {}
+    choices: dict[str, tuple[str | int, ...]] = {"task/task/recipe": (1,)}
     for robot, drinks in tours.items():
         now_ms, at = 0, "here"
         for drink in drinks:
-            turn, goal = f"task/task/FindEmptyDrink_body/{drink}", str(lab.value("locatedAt", drink))
-            choices[f"{turn}/FindEmptyDrink_pick"] = (robot,)
+            turn, goal = f"task/task/FindEachDrink/FindEachDrink_body/{drink}", str(lab.value("locatedAt", drink))
+            choices[f"{turn}/FindEachDrink_pick"] = (robot,)
             for step, process in _STEPS:
                 seconds = lab.ontology.value("duration_s", process)
                 took_ms = round(float(seconds) * 1000) if isinstance(seconds, int | float) else 0
                 if process == "Navigate":
                     took_ms += round(times[robot, at, goal] * 1000)
                     at = goal
-                action = _action(lab, f"{turn}/FindEmptyDrink_SearchDrink/{step}", process, robot, drink, goal)
+                action = _action(lab, f"{turn}/FindEachDrink_SearchDrink/{step}", process, robot, drink, goal)
                 steps.append(PlannedStep(action=action, start_s=now_ms / 1000, end_s=(now_ms + took_ms) / 1000))
                 now_ms += took_ms
     end_s = max(step.end_s for step in steps)

@@ -175,6 +175,9 @@ test('it is over when all is over', Rs == [unfinished, []]) :-
 test('a for-each has one turn for each individual that satisfies its condition', Ids == ['f/e/cup/w'-anna]) :-
     acting(S),
     started(foreach(f, e, [X-'Thing'], holds(dirty, X, true), I, call(I, w, 'Wipe'(anna, X))), S, Ids).
+test('for-each goes over those of whom a condition does not hold', Ids == ['f/e/jug/w'-anna]) :-
+    acting(S),
+    started(foreach(f, e, [X-'Thing'], not(holds(dirty, X, true)), I, call(I, w, 'Wipe'(anna, X))), S, Ids).
 test('a for-each over nothing is over') :-
     acting(S), once(final(foreach(f, e, [X-'Thing'], holds(broken, X, true), I, call(I, w, 'Wipe'(anna, X))), S)).
 test('turns with the same first individual are told apart by all', Names == ['f/e/cup+anna', 'f/e/cup+bert']) :-

@@ -80,7 +80,7 @@ def no_kinect(knowledge: Path, edit: Edit) -> None:
     ("spoil", "told"),
     [
         (cut_short, ["navigation.owl:", "KB001", "does not parse as RDF/XML"]),
-        (contradiction, ["tue_lab.owl:", "KB301", "drink_1", "contradicts itself", "Sofa subClassOf Furniture"]),
+        (contradiction, ["tue_lab.owl:", "KB301", "drink_1", "contradicts itself", "Sofa SubClassOf Furniture"]),
         (no_grounding, ["find_empty_drink.owl:", "KB101", "Detection", "has no grounding"]),
         (no_kinect, ["amigo_1 cannot do Kinect or SearchDrink", "RobotWithKinect (hasSensor some Kinect)", "pico_1"]),
     ],

@@ -1,0 +1,41 @@
+"""How messages and reasons are shown in traces and results."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from grounding.messages import PointStamped, PoseStamped, xyyaw
+from kb.store import Snapshot
+from planner.planner import Exclusion
+
+
+def lacking(exclusions: Sequence[Exclusion], snapshot: Snapshot) -> tuple[str, ...]:
+    """Which robots lack what for which processes, a sentence for each robot and capability."""
+    processes: dict[tuple[str, str], list[str]] = {}
+    for excluded in exclusions:
+        processes.setdefault((excluded.robot, excluded.capability), []).append(excluded.process)
+    sentences = []
+    for (robot, capability), names in sorted(processes.items()):
+        means = snapshot.ontology.definition(capability)
+        told = f" ({means})" if means else ""
+        sentences.append(f"{robot} cannot do {' or '.join(sorted(names))}: it is no {capability}{told}")
+    return tuple(sentences)
+
+
+def shown(message: object) -> bool | list[float] | None:
+    """A message as the trace shows it, if it does."""
+    match message:
+        case bool():
+            return message
+        case PoseStamped():
+            return [round(v, 6) for v in xyyaw(message.pose)]
+        case PointStamped():
+            return [round(v, 6) for v in (message.point.x, message.point.y, message.point.z)]
+        case _:
+            return None
+
+
+def shown_output(value: Any) -> Any:
+    """The same for the output of a task: a message, or one for each individual."""
+    return {name: shown(v) for name, v in value.items()} if isinstance(value, dict) else shown(value)

@@ -1,0 +1,194 @@
+"""What entities are, and whether they are used as that: what a reasoner, which assumes nothing, would infer in silence.
+
+A class is asserted, here: stated of an individual, or above one that is stated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TypeAlias
+
+from rdflib import OWL, RDF, RDFS, XSD, BNode, Graph, Literal, URIRef
+from rdflib.collection import Collection
+from rdflib.term import Node
+
+from kb.files import OntologyFiles, local_name
+from kb.problems import Problem, warn
+from kb.vocabulary import CORE, Property
+
+_FILLERS = (OWL.someValuesFrom, OWL.allValuesFrom, OWL.onClass)
+
+
+def check_kinds(files: OntologyFiles, graph: Graph) -> list[Problem]:
+    """Entities that are not what they are used as; classless ones; labels; deprecated terms."""
+    individuals = {s for s in graph.subjects(RDF.type, OWL.NamedIndividual) if isinstance(s, URIRef)}
+    return [
+        *_fillers(files, graph, individuals),
+        *_values(files, graph, individuals),
+        *_classless(files, graph, individuals),
+        *_labels(files, graph),
+        *_deprecated(files, graph),
+    ]
+
+
+def _fillers(files: OntologyFiles, graph: Graph, individuals: set[URIRef]) -> Iterator[Problem]:
+    for filler in _FILLERS:
+        for restriction, value in graph.subject_objects(filler):
+            if value in individuals:
+                name, prop = local_name(str(value)), local_name(str(graph.value(restriction, OWL.onProperty)))
+                told = f"restricts {prop} to the class {name}, which is an individual; say `{prop} value {name}`"
+                yield files.problem("KB014", _owner(files, graph, restriction), f"{told}, or name its class")
+
+
+def _values(files: OntologyFiles, graph: Graph, individuals: set[URIRef]) -> Iterator[Problem]:
+    """Values of the wrong sort (KB015); individuals and literals that are not of the domain or range (KB016)."""
+    asserted = _Asserted(graph)
+    classes = set(graph.subjects(RDF.type, OWL.Class)) - individuals
+    for sort, check in ((OWL.ObjectProperty, _thing), (OWL.DatatypeProperty, _literal)):
+        for prop in sorted(graph.subjects(RDF.type, sort), key=str):
+            above = set(graph.transitive_objects(prop, RDFS.subPropertyOf))
+            domains = [d for p in above for d in graph.objects(p, RDFS.domain)]
+            ranges = [r for p in above for r in graph.objects(p, RDFS.range)]
+            for subject, value in graph.subject_objects(prop):
+                if subject in individuals:
+                    for domain in domains:
+                        if not asserted.belongs(subject, domain):
+                            yield _misused(files, subject, prop, domain)
+                for code, entity, told in check(asserted, classes, prop, value, ranges):
+                    yield files.problem(code, str(entity or _owner(files, graph, subject)), told)
+            for restriction, value in _restricted(graph, prop):
+                for code, entity, told in check(asserted, classes, prop, value, ranges):
+                    yield files.problem(code, str(entity or _owner(files, graph, restriction)), told)
+
+
+def _restricted(graph: Graph, prop: Node) -> Iterator[tuple[Node, Node]]:
+    """The values that classes give to their members for a property."""
+    for restriction in graph.subjects(OWL.onProperty, prop):
+        for value in graph.objects(restriction, OWL.hasValue):
+            yield restriction, value
+
+
+_Found: TypeAlias = Iterator[tuple[str, Node | None, str]]
+"""Code, entity (None: whoever has the value) and message of each."""
+
+
+def _thing(asserted: _Asserted, classes: set[Node], prop: Node, value: Node, ranges: list[Node]) -> _Found:
+    """What is wrong with the value of a property of individuals."""
+    name = local_name(str(prop))
+    if isinstance(value, Literal):
+        yield "KB015", None, f"{name} has the literal {str(value)!r} for a value; name an individual"
+    elif value in classes:
+        told = f"{name} has the class {local_name(str(value))} for a value; name an individual, one of that class"
+        yield "KB015", None, told
+    elif isinstance(value, URIRef):
+        for kind in ranges:
+            if not asserted.belongs(value, kind):
+                wanted = local_name(str(kind))
+                told = f"is a value of {name}, which must be {wanted}, but has no class below {wanted}"
+                yield "KB016", value, f"{told}; add one, or use another property than {name}"
+
+
+def _literal(asserted: _Asserted, classes: set[Node], prop: Node, value: Node, ranges: list[Node]) -> _Found:
+    """What is wrong with the value of a property of literals."""
+    name = local_name(str(prop))
+    if not isinstance(value, Literal):
+        told = f"{name} has {local_name(str(value))} for a value; give a literal, such as a number or a text"
+        yield "KB015", None, told
+        return
+    stated = value.datatype or XSD.string
+    wanted = [r for r in ranges if isinstance(r, URIRef) and r.startswith(str(XSD))]
+    if wanted and stated not in wanted:
+        right, wrong = local_name(str(wanted[0])), local_name(str(stated))
+        told = f"{name} is of xsd:{right}, but {str(value)!r} is of xsd:{wrong}; give it the right datatype"
+        yield "KB016", None, told
+
+
+def _misused(files: OntologyFiles, subject: Node, prop: Node, domain: Node) -> Problem:
+    name, kind = local_name(str(prop)), local_name(str(domain))
+    told = (
+        f"has {name}, which is of {kind}, but has no class below {kind}; add one, or use another property than {name}"
+    )
+    return files.problem("KB016", str(subject), told)
+
+
+def described(graph: Graph, node: Node) -> str:
+    """IRI of a node; of an anonymous one (a restriction, a list), that of the entity it describes; empty if of none."""
+    above: Node | None = node
+    while isinstance(above, BNode):
+        above = next(iter(sorted(graph.subjects(None, above), key=str)), None)
+    return "" if above is None else str(above)
+
+
+def _owner(files: OntologyFiles, graph: Graph, node: Node) -> str:
+    return described(graph, node) or files.files[-1].iri
+
+
+class _Asserted:
+    """The classes that individuals belong to, without inference from what they are used as."""
+
+    def __init__(self, graph: Graph) -> None:
+        self._graph = graph
+        self._known: dict[Node, frozenset[Node]] = {}
+        self._classes: dict[Node, frozenset[Node]] = {}
+
+    def belongs(self, individual: Node, kind: Node) -> bool:
+        """Whether an individual is of a class or union; true where that cannot be told without a reasoner."""
+        if kind == OWL.Thing:
+            return True
+        if isinstance(kind, BNode):
+            union = self._graph.value(kind, OWL.unionOf)
+            return union is None or any(self.belongs(individual, part) for part in Collection(self._graph, union))
+        if individual not in self._classes:
+            types = set(self._graph.objects(individual, RDF.type)) - {OWL.NamedIndividual, OWL.Thing}
+            self._classes[individual] = frozenset[Node]().union(*map(self._above, types))
+        # Of what has no class at all, that is said (KB017).
+        return not self._classes[individual] or kind in self._classes[individual]
+
+    def _above(self, kind: Node) -> frozenset[Node]:
+        """All classes above a class, itself included."""
+        if kind not in self._known:
+            reached, todo = {kind}, [kind]
+            for node in todo:
+                parts = self._graph.value(node, OWL.intersectionOf)
+                up = [*self._graph.objects(node, RDFS.subClassOf), *self._graph.objects(node, OWL.equivalentClass)]
+                up += [*self._graph.subjects(OWL.equivalentClass, node)]
+                up += [*Collection(self._graph, parts)] if parts is not None else []
+                todo += [n for n in up if n not in reached]
+                reached.update(up)
+            self._known[kind] = frozenset(reached)
+        return self._known[kind]
+
+
+def _classless(files: OntologyFiles, graph: Graph, individuals: set[URIRef]) -> Iterator[Problem]:
+    for individual in sorted(individuals):
+        if set(graph.objects(individual, RDF.type)) <= {OWL.NamedIndividual, OWL.Thing}:
+            yield files.problem("KB017", str(individual), "has no class; say what it is, in Protégé below Types")
+
+
+def _labels(files: OntologyFiles, graph: Graph) -> Iterator[Problem]:
+    found: dict[tuple[URIRef, str], list[str]] = {}
+    for subject, label in graph.subject_objects(RDFS.label):
+        if isinstance(subject, URIRef) and isinstance(label, Literal):
+            found.setdefault((subject, label.language or ""), []).append(str(label))
+    for (subject, language), labels in sorted(found.items()):
+        if len(labels) > 1:
+            given = " and ".join(map(repr, sorted(labels)))
+            told = f"has {len(labels)} labels in {f'the language {language!r}' if language else 'no language'}: {given}"
+            yield warn(files.problem("KB018", str(subject), f"{told}; keep one"))
+
+
+def _deprecated(files: OntologyFiles, graph: Graph) -> Iterator[Problem]:
+    told_true = {s for s, v in graph.subject_objects(OWL.deprecated) if isinstance(v, Literal) and v.value is True}
+    deprecated = told_true.union(*(graph.subjects(RDF.type, t) for t in (OWL.DeprecatedClass, OWL.DeprecatedProperty)))
+    if not deprecated:
+        return
+    successor = URIRef(CORE + Property.REPLACED_BY)
+    used: set[tuple[str, Node]] = set()
+    for subject, predicate, value in graph:
+        if subject in deprecated or predicate == successor:
+            continue
+        used |= {(_owner(files, graph, subject), term) for term in (predicate, value) if term in deprecated}
+    for user, term in sorted(used):
+        better = graph.value(term, successor)
+        advice = f"use {local_name(str(better))} instead" if better else "its comment may say what to use instead"
+        yield warn(files.problem("KB013", user, f"uses {local_name(str(term))}, which is deprecated; {advice}"))

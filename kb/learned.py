@@ -1,0 +1,114 @@
+"""What was learned of a site: `learned.owl` beside the site's file, to be read, reviewed, taken away.
+
+The file imports that of the site and adds to it how long processes were found to take, how often they succeed,
+how fast robots travel. People's own files are never changed. Where `learned.owl` exists, the site is read through
+it; kb/ontology.py then takes what was learned in place of what is stated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from rdflib import Literal, URIRef
+
+from kb.editing import write_over
+from kb.files import read_files
+from kb.ontology import LEARNED
+from kb.vocabulary import CORE, Property
+from kb.writing import Entity, Sort, ontology_text
+
+FILE = "learned.owl"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Refinement:
+    """A number that was learned.
+
+    Attributes:
+        prop: What it stands in for: duration_s, successOdds or travelFactor.
+        subject: Process or robot, by IRI.
+        value: Seconds, probability or factor.
+        source: How much was measured, in a sentence.
+    """
+
+    prop: Property
+    subject: str
+    value: float
+    source: str
+
+
+def site_file(folder: Path, site: str) -> Path:
+    """The file that people have written for a site."""
+    return folder / "sites" / site / f"{site}.owl"
+
+
+def learned_file(folder: Path, site: str) -> Path:
+    """Where what was learned of a site is, if anything was."""
+    return folder / "sites" / site / FILE
+
+
+def main_file(folder: Path, site: str) -> Path:
+    """Where to begin to read a site: what was learned, which imports the rest; else the site's own file."""
+    learned = learned_file(folder, site)
+    return learned if learned.exists() else site_file(folder, site)
+
+
+def read_learned(folder: Path, site: str) -> tuple[Refinement, ...]:
+    """What was learned of a site, by property and subject; nothing if there is no such file.
+
+    Raises:
+        OntologyRejected: The file does not parse, or what it imports is not there.
+    """
+    file = learned_file(folder, site)
+    if not file.exists():
+        return ()
+    graph = read_files(file, folder).files[-1].graph
+    found = []
+    for prop, learned in LEARNED.items():
+        for subject, value in graph.subject_objects(URIRef(CORE + learned)):
+            if isinstance(value, Literal) and isinstance(value.value, float | int):
+                found.append(Refinement(prop=prop, subject=str(subject), value=float(value), source=""))
+    return tuple(sorted(found, key=lambda r: (r.prop, r.subject)))
+
+
+def write_learned(folder: Path, site: str, refinements: Iterable[Refinement]) -> Path:
+    """Write what was learned of a site over what was before; the same refinements make the same file.
+
+    Raises:
+        OntologyRejected: The site's file does not parse, or what it imports is not there.
+    """
+    site_iri = read_files(site_file(folder, site), folder).files[-1].iri
+    file = learned_file(folder, site)
+    write_over(file, _text(site_iri, refinements).encode("utf-8"))
+    return file
+
+
+def forget_learned(folder: Path, site: str) -> bool:
+    """Take away what was learned; what is stated holds again. False if there was nothing."""
+    file = learned_file(folder, site)
+    if not file.exists():
+        return False
+    file.unlink()
+    return True
+
+
+def _text(site_iri: str, refinements: Iterable[Refinement]) -> str:
+    by_subject: dict[str, list[Refinement]] = {}
+    for refinement in sorted(refinements, key=lambda r: r.prop):
+        by_subject.setdefault(refinement.subject, []).append(refinement)
+    entities = [
+        Entity(
+            iri=subject,
+            sort=Sort.INDIVIDUAL,
+            values=(
+                *((CORE + LEARNED[r.prop], r.value) for r in own),
+                *((CORE + Property.LEARNED_FROM, f"{LEARNED[r.prop]}: {r.source}") for r in own),
+            ),
+        )
+        for subject, own in by_subject.items()
+    ]
+    comment = "Learned where robots worked. A value stands in for the one that is stated; to undo it, delete it."
+    iri = f"{site_iri.removesuffix('.owl')}_learned.owl"
+    return ontology_text(iri, entities, imports=[site_iri], comments=[comment], label="learned")
