@@ -53,6 +53,7 @@ KINDS = [
         added(OBJECTS, of_class("Ale", below("Drink"), DEPRECATED, below("Beer", "core:replacedBy"))),
         renamed(SITE, "drink_1", "#Beer", "#Ale"),
         words="uses Ale, which is deprecated; use Beer instead",
+        because="KB135",  # there is no entry for it in HUE.yaml
     ),
     fault(
         "KB013",
@@ -61,6 +62,7 @@ KINDS = [
         added(OBJECTS, of_class("Pop", below("Drink"), DEPRECATED)),
         renamed(SITE, "drink_2", "#SoftDrink", "#Pop"),
         words="uses Pop, which is deprecated|comment",
+        because="KB135",
     ),
     *(
         fault(
