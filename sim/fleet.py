@@ -10,6 +10,7 @@ not change what another one meets.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -21,10 +22,12 @@ import numpy as np
 
 from grounding.messages import Twist
 from kb.clock import SimClock
+from sim.doors import Door
 from sim.errors import BadScenario, ServiceRefused
+from sim.handling import REACH_M, Cargo, Thing
 from sim.physics import Physics
 from sim.robot import Base, Pose2
-from sim.scenario import RobotSetup, Scenario
+from sim.scenario import DoorChange, ObjectChange, RobotSetup, Scenario
 from sim.sensors import Camera, Laser
 from sim.world import Box, Point3
 
@@ -35,6 +38,10 @@ _SLACK_S = 1e-9  # a step that ends this little after the time asked for is stil
 _LASER_LATENCY_S = 0.008
 _BASE_LATENCY_S = 0.004
 _KINECT_LATENCY_S = 0.08
+_LOAD_LATENCY_S = 3.0
+_SEE_DOOR_LATENCY_S = 0.1
+
+_DOOR_SEEN_M = 4.0
 
 _FLOOR_THICKNESS_M = 0.1
 
@@ -82,22 +89,26 @@ class SimFleet:
         self._open = True
         self._physics = Physics(_STEP_S)
         try:
-            self._objects = self._furnish(scenario)
+            self._doors = {setup.name: Door(setup, self._physics) for setup in scenario.world.doors}
+            self._things = self._furnish(scenario)
             seeds = np.random.SeedSequence(scenario.seed if seed is None else seed).spawn(len(names))
             setups = {robot.name: robot for robot in scenario.robots}
             self._bases: dict[str, Base] = {}
+            self._cargos: dict[str, Cargo] = {}
             self._services: dict[str, SimService] = {}
             for name, robot_seed in zip(names, seeds, strict=True):
-                self._add_robot(setups[name], starts[name], robot_seed)
+                self._add_robot(scenario, setups[name], starts[name], robot_seed)
             for name in names:
                 self._check_free(scenario, name)
         except BadScenario:
             self._physics.close()
             raise
         clock.follow(self._advance_to)
+        for change in scenario.changes:
+            clock.call_at(self._start_s + change.at_s, functools.partial(self._change, change))
 
     def services(self) -> Mapping[str, SimService]:
-        """The services of all robots by name: `/<robot>/laser`, `/<robot>/base`, `/<robot>/kinect`."""
+        """The services of all robots by name: `/<robot>/laser`, `base`, `kinect`, `load`, `unload`, and for doors."""
         return dict(self._services)
 
     def true_pose(self, robot: str) -> Pose2:
@@ -106,7 +117,11 @@ class SimFleet:
 
     def true_position(self, thing: str) -> Point3:
         """Where the bottom center of an object truly is (map, m). For tests and scoring only."""
-        return self._objects[thing]
+        return self._things[thing].position
+
+    def door_is_open(self, door: str) -> bool:
+        """Whether a door is all open. For tests and scoring only."""
+        return self._doors[door].is_open
 
     @property
     def collisions(self) -> int:
@@ -127,19 +142,21 @@ class SimFleet:
     ) -> None:
         self.close()
 
-    def _furnish(self, scenario: Scenario) -> dict[str, Point3]:
-        """Add floor, walls, furniture and objects; gives the positions of the objects."""
+    def _furnish(self, scenario: Scenario) -> dict[str, Thing]:
+        """Add floor, walls, furniture and objects; gives the objects."""
         world = scenario.world
         low, high = (0.0, 0.0, -_FLOOR_THICKNESS_M), (*world.size_m, 0.0)
         self._physics.add_floor(Box(low=low, high=high, color=world.floor_color))
         for box in world.boxes:
             self._physics.add_box(box)
+        things = {}
         for thing in scenario.objects:
             model = thing.model
-            self._physics.add_cylinder(thing.position, model.radius_m, model.height_m, model.color)
-        return {thing.name: thing.position for thing in scenario.objects}
+            body = self._physics.add_cylinder(thing.position, model.radius_m, model.height_m, model.color)
+            things[thing.name] = Thing(model=model, body=body, position=thing.position)
+        return things
 
-    def _add_robot(self, setup: RobotSetup, told: Pose2, seed: np.random.SeedSequence) -> None:
+    def _add_robot(self, scenario: Scenario, setup: RobotSetup, told: Pose2, seed: np.random.SeedSequence) -> None:
         """Add a robot with its sensors and services. Each of its errors has its own source of chance."""
         name, physics = setup.name, self._physics
         placement, odometry, laser_noise, camera_noise = (np.random.default_rng(child) for child in seed.spawn(4))
@@ -173,10 +190,68 @@ class SimFleet:
             color, depth, camera_info = camera.take(self._clock.now_s)
             return {"color": color, "depth": depth, "camera_info": camera_info}
 
+        def answer_load(request: Mapping[str, object]) -> Reply:
+            self._check_request(f"/{name}/load", request, {"object": str})
+            self._cargos[name].load(str(request["object"]), [cargo.held for cargo in self._cargos.values()])
+            return {}
+
+        def answer_unload(request: Mapping[str, object]) -> Reply:
+            self._check_request(f"/{name}/unload", request, {})
+            self._cargos[name].unload()
+            return {}
+
         self._bases[name] = base
+        self._cargos[name] = Cargo(name, base, physics, scenario.world, self._things)
         self._services[f"/{name}/laser"] = SimService(handler=answer_laser, latency_s=_LASER_LATENCY_S)
         self._services[f"/{name}/base"] = SimService(handler=answer_base, latency_s=_BASE_LATENCY_S)
         self._services[f"/{name}/kinect"] = SimService(handler=answer_kinect, latency_s=_KINECT_LATENCY_S)
+        self._services[f"/{name}/load"] = SimService(handler=answer_load, latency_s=_LOAD_LATENCY_S)
+        self._services[f"/{name}/unload"] = SimService(handler=answer_unload, latency_s=_LOAD_LATENCY_S)
+        if self._doors:
+            self._add_door_services(name, base)
+
+    def _add_door_services(self, name: str, base: Base) -> None:
+        """A robot sees the doors that are near, and opens and closes those within its reach."""
+
+        def answer_see(request: Mapping[str, object]) -> Reply:
+            door = self._door_near(f"/{name}/see_door", request, base, _DOOR_SEEN_M)
+            return {"is_open": door.is_open}
+
+        def answer_slide(service: str, to_open: bool, request: Mapping[str, object]) -> Reply:
+            self._door_near(service, request, base, REACH_M).slide(to_open=to_open)
+            return {}
+
+        slowest_s = max(door.travel_s for door in self._doors.values())
+        self._services[f"/{name}/see_door"] = SimService(handler=answer_see, latency_s=_SEE_DOOR_LATENCY_S)
+        for verb, to_open in (("open", True), ("close", False)):
+            service = f"/{name}/{verb}_door"
+            answer = functools.partial(answer_slide, service, to_open)
+            self._services[service] = SimService(handler=answer, latency_s=slowest_s)
+
+    def _door_near(self, service: str, request: Mapping[str, object], base: Base, reach_m: float) -> Door:
+        self._check_request(service, request, {"door": str})
+        name = str(request["door"])
+        if name not in self._doors:
+            known = ", ".join(sorted(self._doors))
+            raise ServiceRefused("BadRequest", f"{service}: there is no door {name}; there is {known}")
+        away_m = self._doors[name].distance_m(*base.pose[:2])
+        if away_m > reach_m:
+            problem = f"{name} is {away_m:.2f} m away; the reach is {reach_m:g} m"
+            raise ServiceRefused("OutOfReach", f"{service}: {problem}")
+        return self._doors[name]
+
+    def _change(self, change: DoorChange | ObjectChange) -> None:
+        """What the scenario says somebody does now."""
+        if not self._open:
+            return
+        match change:
+            case DoorChange():
+                self._doors[change.door].slide(to_open=change.to_open)
+            case ObjectChange():
+                for cargo in self._cargos.values():
+                    cargo.give_away(change.thing)
+                thing = self._things[change.thing]
+                thing.put(self._physics, change.position)
 
     def _check_free(self, scenario: Scenario, name: str) -> None:
         base = self._bases[name]
@@ -206,5 +281,9 @@ class SimFleet:
             self._physics.step()
             for base in self._bases.values():
                 base.sense()
+            for cargo in self._cargos.values():
+                cargo.ride()
+            for door in self._doors.values():
+                door.advance(_STEP_S, [base.body for base in self._bases.values()])
             self._collisions += any(self._physics.touches(base.body) for base in self._bases.values())
             self._steps += 1

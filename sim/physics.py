@@ -39,6 +39,7 @@ Body = int
 Floats = NDArray[np.float64]
 
 _NOTHING_SEEN = 1.0 - 2.0**-23  # the renderer clears its depth buffer to 1 - 2^-24, the float before 1
+_NEAR_M = 0.02
 _TOUCH_M = 0.001  # bodies this close touch; the engine lets them overlap by some millimeters on impact
 
 
@@ -125,6 +126,11 @@ class Physics:
         assert shape[2] == pybullet.GEOM_CYLINDER, "the collision shape of a robot is one cylinder"
         return float(shape[3][1])
 
+    def top_m(self, robot: Body) -> float:
+        """Height of a robot that was just added."""
+        _, high = pybullet.getAABB(robot, physicsClientId=self._client)
+        return float(high[2])
+
     def mount(self, robot: Body, link_name: str) -> Mount:
         """Where link `link_name` sits on a robot that was just added."""
         client = self._client
@@ -139,6 +145,14 @@ class Physics:
         """Put a robot somewhere, at rest."""
         turn = (0.0, 0.0, math.sin(yaw_rad / 2), math.cos(yaw_rad / 2))
         pybullet.resetBasePositionAndOrientation(robot, (x_m, y_m, 0.0), turn, physicsClientId=self._client)
+
+    def move(self, body: Body, center: Point3) -> None:
+        """Put a body that stands still somewhere else, upright."""
+        pybullet.resetBasePositionAndOrientation(body, center, (0.0, 0.0, 0.0, 1.0), physicsClientId=self._client)
+
+    def near(self, body: Body, robot: Body) -> bool:
+        """Whether a robot touches a body where both are now, or nearly does."""
+        return bool(pybullet.getClosestPoints(body, robot, _NEAR_M, physicsClientId=self._client))
 
     def push(self, robot: Body, vx_mps: float, vy_mps: float, wz_radps: float) -> None:
         """Set the velocity (map) with which a robot enters the next step."""

@@ -117,6 +117,11 @@ class Base:
         """Where the robot truly is: x, y, yaw in map."""
         return self._pose
 
+    @property
+    def speed_mps(self) -> float:
+        """How fast the robot truly is."""
+        return math.hypot(self._velocity[0], self._velocity[1])
+
     def command(self, velocity: Twist, t_s: float) -> None:
         """Drive with `velocity` (base_link), cut to the limits of the base, until told otherwise or too long ago.
 

@@ -38,8 +38,26 @@ class ObjectSetup:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class DoorChange:
+    """Somebody opens or closes a door at a time of the clock."""
+
+    at_s: float
+    door: str
+    to_open: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ObjectChange:
+    """Somebody puts an object elsewhere at a time of the clock: its bottom center (map, m). Robots are not told."""
+
+    at_s: float
+    thing: str
+    position: Point3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
-    """A world, what is in it, and the seed of all chance. Robots and objects are in the order of the file."""
+    """A world, what is in it, what happens to it, and the seed of all chance; each in the order of the file."""
 
     name: str
     file: str
@@ -48,6 +66,7 @@ class Scenario:
     seed: int
     robots: tuple[RobotSetup, ...]
     objects: tuple[ObjectSetup, ...]
+    changes: tuple[DoorChange | ObjectChange, ...] = ()
 
 
 def builtin_scenarios() -> tuple[str, ...]:
@@ -79,6 +98,8 @@ def load_scenario(source: str | Path) -> Scenario:
     head.end()
     robots = tuple(_robot(name, section) for name, section in top.sections("robots"))
     objects = tuple(_object(name, section, world) for name, section in top.sections("objects"))
+    names = [thing.name for thing in objects]
+    changes = tuple(_change(section, world, names) for _, section in top.sections_if_given("changes"))
     top.end()
     if not robots:
         raise top.fault("robots", "is empty; a scenario has at least one robot")
@@ -92,6 +113,7 @@ def load_scenario(source: str | Path) -> Scenario:
         seed=seed,
         robots=robots,
         objects=objects,
+        changes=changes,
     )
 
 
@@ -107,7 +129,20 @@ def _robot(name: str, section: Section) -> RobotSetup:
     return robot
 
 
-def _object(name: str, section: Section, world: World) -> ObjectSetup:
+def _change(section: Section, world: World, objects: list[str]) -> DoorChange | ObjectChange:
+    at_s = section.number("at_s", low=0.0)
+    change: DoorChange | ObjectChange
+    if section.has("door"):
+        door = section.text("door", choices=[door.name for door in world.doors])
+        change = DoorChange(at_s=at_s, door=door, to_open=section.truth("open"))
+    else:
+        thing = section.text("object", choices=objects)
+        change = ObjectChange(at_s=at_s, thing=thing, position=_position(section, world))
+    section.end()
+    return change
+
+
+def _position(section: Section, world: World) -> Point3:
     x, y, z = section.numbers("position", 3)
     if not world.bears((x, y, z)):
         raise section.fault(
@@ -115,10 +150,15 @@ def _object(name: str, section: Section, world: World) -> ObjectSetup:
             f"nothing bears an object at ({x:g}, {y:g}, {z:g}) in world {world.name}; "
             f"z has to be the top of the furniture there, or 0 on free floor inside the lab",
         )
+    return x, y, z
+
+
+def _object(name: str, section: Section, world: World) -> ObjectSetup:
+    position = _position(section, world)
     thing = ObjectSetup(
         name=name,
         model=object_models()[section.text("model", choices=object_models())],
-        position=(x, y, z),
+        position=position,
         believed_at=section.name_if_given("believed_at"),
     )
     section.end()

@@ -68,6 +68,13 @@ class Section:
             raise self.fault(key, f"{value!r} is not a whole number >= 0")
         return value
 
+    def truth(self, key: str) -> bool:
+        """A truth value."""
+        value = self._value(key)
+        if not isinstance(value, bool):
+            raise self.fault(key, f"{value!r} is neither true nor false")
+        return value
+
     def section(self, key: str) -> Section:
         """The table under `key`."""
         return self._as_section(key, self._value(key))
@@ -76,6 +83,15 @@ class Section:
         """The named tables under `key`, in the order of the file."""
         below = self.section(key)
         return below.named()
+
+    def sections_if_given(self, key: str) -> Iterator[tuple[str, Section]]:
+        """As `sections`, or none where the field is left out."""
+        self._read.add(key)
+        return self.sections(key) if key in self._fields else iter(())
+
+    def has(self, key: str) -> bool:
+        """Whether the field is there."""
+        return key in self._fields
 
     def named(self) -> Iterator[tuple[str, Section]]:
         """All fields as named tables, in the order of the file."""

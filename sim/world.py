@@ -15,6 +15,7 @@ from sim.section import Section, read_file
 Point3 = tuple[float, float, float]
 Color = tuple[float, float, float]  # red, green, blue, each 0 to 1
 
+_DOOR_COLOR: Color = (0.55, 0.35, 0.20)
 _STANDS_WITHIN_M = 0.005  # an object stands on a surface if its bottom is this close to it
 
 
@@ -32,13 +33,36 @@ class Box:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class DoorSetup:
+    """A sliding door.
+
+    Attributes:
+        leaf: Where the leaf is when the door is closed.
+        slides_m: How far the leaf goes to open, x and y (map).
+        travel_s: How long that takes.
+        is_open: Whether it is open at the start.
+    """
+
+    name: str
+    leaf: Box
+    slides_m: tuple[float, float]
+    travel_s: float
+    is_open: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class World:
-    """A lab of `size_m` (x, y) inside its outer walls, all of it as boxes."""
+    """A lab of `size_m` (x, y) inside its outer walls, all of it as boxes but for the doors."""
 
     name: str
     size_m: tuple[float, float]
     floor_color: Color
     boxes: tuple[Box, ...]
+    doors: tuple[DoorSetup, ...] = ()
+
+    def top_m(self, x_m: float, y_m: float) -> float:
+        """Height of the furniture at a point of the floor; 0 where there is none."""
+        return max((box.high[2] for box in self.boxes if box.covers(x_m, y_m)), default=0.0)
 
     def bears(self, position: Point3) -> bool:
         """Whether an object can stand at `position` (its bottom center): on the floor or on top of a box."""
@@ -92,8 +116,9 @@ def load_world(source: str | Path) -> World:
     boxes = [Box(low=(x[0], y[0], 0.0), high=(x[1], y[1], high), color=wall_color) for x, y in spans]
     for _, piece in top.sections("furniture"):
         boxes.extend(_furniture(piece))
+    doors = tuple(_door(door_name, section, high) for door_name, section in top.sections_if_given("doors"))
     top.end()
-    return World(name=name, size_m=(width, depth), floor_color=floor_color, boxes=tuple(boxes))
+    return World(name=name, size_m=(width, depth), floor_color=floor_color, boxes=tuple(boxes), doors=doors)
 
 
 @functools.cache
@@ -132,6 +157,23 @@ def _furniture(piece: Section) -> list[Box]:
         for leg_y in (front, back - leg)
     ]
     return [Box(low=(left, front, under), high=(right, back, height), color=color), *legs]
+
+
+def _door(name: str, section: Section, height_m: float) -> DoorSetup:
+    """A door: `x_m` and `y_m` of the closed leaf, which way it opens, how fast, and whether it is open."""
+    x, y = _span(section, "x_m"), _span(section, "y_m")
+    slide_x, slide_y = section.numbers("slides_m", 2, low=-20.0, high=20.0)
+    if slide_x == slide_y == 0.0:
+        raise section.fault("slides_m", "is [0, 0]; a leaf has to move aside to open")
+    door = DoorSetup(
+        name=name,
+        leaf=Box(low=(x[0], y[0], 0.0), high=(x[1], y[1], height_m), color=_DOOR_COLOR),
+        slides_m=(slide_x, slide_y),
+        travel_s=section.number("travel_s", low=0.1, high=60.0),
+        is_open=section.truth("open"),
+    )
+    section.end()
+    return door
 
 
 def _span(section: Section, key: str) -> tuple[float, float]:

@@ -52,12 +52,18 @@ def test_reading_one_robot_does_not_change_another(tue_lab: Callable[..., Lab]) 
 
 
 def test_services_and_latencies(tue_lab: Callable[..., Lab]) -> None:
-    """Each robot offers laser, base and kinect, with the latency of each."""
+    """Each robot offers laser, base, kinect, loading and unloading, with the latency of each; there are no doors."""
     latencies = {name: service.latency_s for name, service in tue_lab().fleet.services().items()}
     assert latencies == {
         f"/{robot}/{service}": latency_s
         for robot in ("amigo_1", "pico_1")
-        for service, latency_s in (("laser", 0.008), ("base", 0.004), ("kinect", 0.08))
+        for service, latency_s in (
+            ("laser", 0.008),
+            ("base", 0.004),
+            ("kinect", 0.08),
+            ("load", 3.0),
+            ("unload", 3.0),
+        )
     }
 
 

@@ -1,0 +1,135 @@
+"""Faults on the way to services and back, by schedule or by chance: for tests, campaigns and what-if runs.
+
+    FaultyTransport(transport, clock, [Fault(service="/amigo_1/*", kind=FaultKind.CUT, from_s=3.0)], chance)
+
+Whatever carries the calls, the executive meets the same faults; the same seed gives the same ones.
+"""
+
+from __future__ import annotations
+
+import fnmatch
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import assert_never
+
+import numpy as np
+
+from grounding.transport import ServiceCall, ServiceReply, Transport
+from kb.clock import Clock
+
+
+class FaultKind(Enum):
+    """What goes wrong with a call."""
+
+    FAIL = auto()
+    """The service is not called; it is said to have failed."""
+    HANG = auto()
+    """The service is not called, and no reply comes."""
+    SILENCE = auto()
+    """The service does what it is asked to, but its reply is lost."""
+    DELAY = auto()
+    """The reply comes later."""
+    REPEAT = auto()
+    """The reply comes twice."""
+    CUT = auto()
+    """Nothing comes through, neither calls nor the replies to earlier ones."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fault:
+    """Which calls meet a fault, and which.
+
+    Attributes:
+        service: Names of services, with `*` and `?` as in file names.
+        calls: Which of the calls to such services, counted from 1 by this fault; all if empty.
+        from_s: From this time of the clock.
+        until_s: Before this time.
+        probability: Of meeting it, for each of these calls.
+        code: Class of failure that is told (FAIL).
+        delay_s: How much later the reply comes (DELAY); the second one (REPEAT).
+    """
+
+    service: str
+    kind: FaultKind
+    calls: frozenset[int] = frozenset()
+    from_s: float = 0.0
+    until_s: float = math.inf
+    probability: float = 1.0
+    code: str = "Injected"
+    delay_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.probability <= 1.0:
+            raise ValueError(f"probability {self.probability:g} is not from 0 to 1")
+        if not (self.delay_s >= 0.0 and math.isfinite(self.delay_s)):
+            raise ValueError(f"delay_s {self.delay_s:g} is no time span")
+
+    def concerns(self, service: str, t_s: float) -> bool:
+        """Whether a call to a service at a time may meet it."""
+        return self.from_s <= t_s < self.until_s and fnmatch.fnmatchcase(service, self.service)
+
+
+class FaultyTransport:
+    """A transport on which faults happen. Where several concern a call, the first that strikes counts.
+
+    Args:
+        chance: Decides where probabilities are not 0 or 1.
+    """
+
+    def __init__(
+        self, transport: Transport, clock: Clock, faults: Sequence[Fault], chance: np.random.Generator
+    ) -> None:
+        self._transport = transport
+        self._clock = clock
+        self._faults = tuple(faults)
+        self._chance = chance
+        self._counts = [0] * len(self._faults)
+
+    def call(self, call: ServiceCall, deliver: Callable[[ServiceReply], None]) -> None:
+        def come_through(reply: ServiceReply) -> None:
+            if not self._is_cut(call.service):
+                deliver(reply)
+
+        fault = self._fault_of(call)
+        if fault is None:
+            self._transport.call(call, come_through)
+            return
+
+        def come_later(reply: ServiceReply) -> None:
+            self._clock.call_at(self._clock.now_s + fault.delay_s, lambda: come_through(reply))
+
+        def come_twice(reply: ServiceReply) -> None:
+            come_through(reply)
+            come_later(reply)
+
+        match fault.kind:
+            case FaultKind.FAIL:
+                reason = f"{call.service} fails: a fault that was asked for"
+                failed = ServiceReply(call_id=call.id, fields={}, failure=fault.code, reason=reason)
+                self._clock.call_at(self._clock.now_s, lambda: come_through(failed))
+            case FaultKind.HANG | FaultKind.CUT:
+                pass
+            case FaultKind.SILENCE:
+                self._transport.call(call, lambda reply: None)
+            case FaultKind.DELAY:
+                self._transport.call(call, come_later)
+            case FaultKind.REPEAT:
+                self._transport.call(call, come_twice)
+            case _:
+                assert_never(fault.kind)
+
+    def _fault_of(self, call: ServiceCall) -> Fault | None:
+        """The first fault that strikes this call; each one that concerns it counts it."""
+        struck = None
+        for place, fault in enumerate(self._faults):
+            if fault.concerns(call.service, self._clock.now_s):
+                self._counts[place] += 1
+                counted = not fault.calls or self._counts[place] in fault.calls
+                if counted and (fault.probability == 1.0 or self._chance.random() < fault.probability):
+                    struck = struck or fault
+        return struck
+
+    def _is_cut(self, service: str) -> bool:
+        return any(f.kind is FaultKind.CUT and f.concerns(service, self._clock.now_s) for f in self._faults)

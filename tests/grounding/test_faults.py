@@ -1,0 +1,136 @@
+"""Faults on the way: which calls they meet, what becomes of these, and that chance can be repeated."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from grounding.faults import Fault, FaultKind, FaultyTransport
+from grounding.inprocess import InProcessTransport, Service
+from grounding.transport import ServiceCall
+from kb.clock import SimClock
+
+
+class Trial:
+    """Calls every second to a service that replies 0.25 s later, with what has become of them."""
+
+    def __init__(self, *faults: Fault, seed: int = 1) -> None:
+        self.clock = SimClock()
+        self.done: list[float] = []
+        self.replies: list[tuple[int, float, str]] = []
+        inner = InProcessTransport(self.clock)
+        for name in ("/pico_1/laser", "/amigo_1/laser", "/compute/path"):
+            inner.offer(name, Service(handler=self._note, latency_s=0.25))
+        self._transport = FaultyTransport(inner, self.clock, faults, np.random.default_rng(seed))
+
+    def _note(self, fields: Mapping[str, object]) -> Mapping[str, object]:
+        self.done.append(self.clock.now_s)
+        return {}
+
+    def call(self, number: int, service: str = "/pico_1/laser") -> None:
+        """Call at second `number`."""
+
+        def now() -> None:
+            self._transport.call(
+                ServiceCall(id=number, service=service, fields={}, timeout_s=1.0),
+                lambda reply: self.replies.append((reply.call_id, self.clock.now_s, reply.failure)),
+            )
+
+        self.clock.call_at(float(number), now)
+
+    def end(self) -> None:
+        """Let all happen."""
+        assert not self.clock.run_until(lambda: False)
+
+
+def test_without_faults_nothing_is_changed() -> None:
+    """Every call comes through in its time."""
+    trial = Trial()
+    for number in range(3):
+        trial.call(number)
+    trial.end()
+    assert trial.replies == [(0, 0.25, ""), (1, 1.25, ""), (2, 2.25, "")]
+
+
+@pytest.mark.parametrize(
+    ("kind", "done", "replies"),
+    [
+        (FaultKind.FAIL, [], [(0, 0.0, "Broken")]),
+        (FaultKind.HANG, [], []),
+        (FaultKind.SILENCE, [0.0], []),
+        (FaultKind.DELAY, [0.0], [(0, 2.25, "")]),
+        (FaultKind.REPEAT, [0.0], [(0, 0.25, ""), (0, 2.25, "")]),
+        (FaultKind.CUT, [], []),
+    ],
+)
+def test_what_becomes_of_a_call(kind: FaultKind, done: list[float], replies: list[tuple[int, float, str]]) -> None:
+    """Whether the service does it, and what is heard of it."""
+    trial = Trial(Fault(service="*", kind=kind, code="Broken", delay_s=2.0))
+    trial.call(0)
+    trial.end()
+    assert (trial.done, trial.replies) == (done, replies)
+
+
+def test_a_fault_meets_the_calls_that_it_names() -> None:
+    """By service, by number among those, and by time."""
+    trial = Trial(
+        Fault(service="/*/laser", kind=FaultKind.FAIL, calls=frozenset({2}), code="Second"),
+        Fault(service="/amigo_1/*", kind=FaultKind.FAIL, from_s=4.0, until_s=5.0, code="AtFour"),
+    )
+    for number, service in enumerate(
+        ["/pico_1/laser", "/compute/path", "/amigo_1/laser", "/amigo_1/laser", "/amigo_1/laser", "/amigo_1/laser"]
+    ):
+        trial.call(number, service)
+    trial.end()
+    failures = {number: failure for number, _, failure in trial.replies if failure}
+    assert failures == {2: "Second", 4: "AtFour"}
+
+
+def test_the_first_fault_that_strikes_counts() -> None:
+    """And the one behind it counts the call nevertheless."""
+    trial = Trial(
+        Fault(service="*", kind=FaultKind.FAIL, calls=frozenset({1}), code="First"),
+        Fault(service="*", kind=FaultKind.FAIL, calls=frozenset({1, 2}), code="Behind"),
+    )
+    for number in range(3):
+        trial.call(number)
+    trial.end()
+    assert sorted((number, failure) for number, _, failure in trial.replies) == [(0, "First"), (1, "Behind"), (2, "")]
+
+
+def test_what_is_cut_off_loses_replies_too() -> None:
+    """Those to calls that were made before; what is heard again afterwards is as before."""
+    trial = Trial(Fault(service="/pico_1/*", kind=FaultKind.CUT, from_s=1.125, until_s=2.5))
+    for number in range(4):
+        trial.call(number)
+    trial.call(4, "/compute/path")
+    trial.end()
+    assert trial.done == [0.0, 1.0, 3.0, 4.0]
+    assert [number for number, _, _ in trial.replies] == [0, 3, 4]
+
+
+def test_chance_is_repeated_by_its_seed() -> None:
+    """The same seed gives the same faults; about as many as the probability says."""
+
+    def failed(seed: int) -> list[int]:
+        trial = Trial(Fault(service="*", kind=FaultKind.FAIL, probability=0.25), seed=seed)
+        for number in range(200):
+            trial.call(number)
+        trial.end()
+        return [number for number, _, failure in trial.replies if failure]
+
+    assert failed(1) == failed(1) != failed(2)
+    assert 30 <= len(failed(1)) <= 70
+
+
+@pytest.mark.parametrize(
+    ("probability", "delay_s", "told"),
+    [(1.5, 0.0, "probability 1.5"), (math.nan, 0.0, "probability nan"), (1.0, -1.0, "delay_s -1")],
+)
+def test_impossible_faults_are_refused(probability: float, delay_s: float, told: str) -> None:
+    """Before anything is called."""
+    with pytest.raises(ValueError, match=told):
+        Fault(service="*", kind=FaultKind.DELAY, probability=probability, delay_s=delay_s)
