@@ -13,11 +13,12 @@ from executive.recorder import Recorder
 from executive.shell import Shell
 from executive.trace import FleetOpened
 from executive.travel import PLACES
+from grounding.compute.registry import is_compute_service, wrong_fields
 from grounding.errors import GroundingError
 from grounding.ground import pose_of
 from grounding.inprocess import Handler, InProcessTransport, Service
 from grounding.messages import OccupancyGrid, PoseStamped, is_type, xyyaw
-from grounding.runner import compute, compute_services, is_ours, wrong_fields
+from grounding.runner import compute, compute_services
 from kb.clock import SimClock
 from kb.files import SHIPPED
 from kb.history import Source, SourceKind
@@ -168,7 +169,7 @@ def _check_groundings(snapshot: Snapshot, transport: InProcessTransport, robots:
             for robot in robots:
                 if not transport.offers(name := grounding.service.replace("{robot}", robot)):
                     raise GroundingError(grounding.process, grounding.name, f"{robot} offers no service {name}")
-        elif transport.offers(grounding.service) and not is_ours(grounding.service):
+        elif transport.offers(grounding.service) and not is_compute_service(grounding.service):
             continue  # what fields it takes, only whoever offers it knows
         elif wrong := wrong_fields(grounding.service, {field.name for field in grounding.request}):
             raise GroundingError(grounding.process, grounding.name, wrong)

@@ -1,44 +1,58 @@
-"""Runs the compute services ([RoboEarth] Table 2) in this process."""
+"""Runs the compute services ([RoboEarth] Table 2): here, or where the configuration of a site says."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Set
+from collections.abc import Mapping
+from concurrent.futures import Future
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, Protocol, TypeAlias
 
-from grounding.compute.detection import detection
-from grounding.compute.localization import pose
-from grounding.compute.maps import loc_map, nav_map
-from grounding.compute.path import path
-from grounding.compute.travel import travel
-from grounding.compute.values import compare, copy
-from grounding.compute.velocity import vel_cmd
+from grounding.compute.registry import function_of, is_compute_service, wrong_fields
 from grounding.inprocess import Service
 from kb.clock import Clock
 from kb.errors import ServiceFailed
 
-_COMPUTE: dict[str, Callable[..., Mapping[str, object]]] = {
-    "/compute/compare": compare,
-    "/compute/copy": copy,
-    "/compute/detection": detection,
-    "/compute/loc_map": loc_map,
-    "/compute/nav_map": nav_map,
-    "/compute/path": path,
-    "/compute/pose": pose,
-    "/compute/travel": travel,
-    "/compute/vel_cmd": vel_cmd,
-}
+Fields: TypeAlias = Mapping[str, object]
+
+Answer: TypeAlias = tuple[Literal["done"], Fields] | tuple[Literal["failed"], str, str]
+"""What comes of a call: fields, or the class and the sentence of its failure. It can be sent between processes."""
 
 
-def compute(service: str, fields: Mapping[str, object], *, t_s: float) -> Mapping[str, object]:
+class Runner(Protocol):
+    """Where compute services run."""
+
+    def submit(self, service: str, fields: Fields, *, t_s: float, timeout_s: float) -> Future[Fields]:
+        """Run a service as of time `t_s`; at once, or while the caller goes on.
+
+        Returns:
+            Ends with the reply's fields, or with ServiceFailed: what the service says of itself, `ServiceBroken` if
+            it raises anything else, and in processes of their own `TookTooLong` after `timeout_s`, `WorkerDied`, or
+            `Busy`.
+        """
+
+    def close(self) -> None:
+        """End what still runs."""
+
+
+class Here:
+    """Runs services in this process, one after the other; none of them is stopped before its end."""
+
+    def submit(self, service: str, fields: Fields, *, t_s: float, timeout_s: float) -> Future[Fields]:
+        ended = Future[Fields]()
+        settle(ended, answer(service, fields, t_s))
+        return ended
+
+    def close(self) -> None:
+        """Nothing runs between two calls."""
+
+
+def compute(service: str, fields: Fields, *, t_s: float) -> Fields:
     """Run a compute service now.
 
     Raises:
         ServiceFailed: It cannot do what it is asked, does not exist, or does not take these fields.
     """
-    function = _COMPUTE.get(service)
-    if function is None:
-        raise ServiceFailed("NoSuchService", f"there is no {service}; there is {', '.join(sorted(_COMPUTE))}")
+    function = function_of(service)
     arguments: dict[str, Any] = {
         name: Path(str(value)) if name.endswith("_file") else value for name, value in fields.items()
     }
@@ -48,31 +62,44 @@ def compute(service: str, fields: Mapping[str, object], *, t_s: float) -> Mappin
     return function(**arguments, t_s=t_s)
 
 
-def wrong_fields(service: str, names: Set[str]) -> str:
-    """What is wrong with calling a compute service with fields of these names; empty if nothing is."""
-    function = _COMPUTE.get(service)
-    if function is None:
-        return f"there is no {service}; there is {', '.join(sorted(_COMPUTE))}"
-    takes = set(function.__annotations__) - {"return", "t_s"}
-    if names == takes:
-        return ""
-    return f"{service} takes the fields {', '.join(sorted(takes))}; given: {', '.join(sorted(names)) or 'none'}"
+def answer(service: str, fields: Fields, t_s: float) -> Answer:
+    """Run a compute service now, whatever it does."""
+    try:
+        return "done", compute(service, fields, t_s=t_s)
+    except ServiceFailed as failed:
+        return "failed", failed.code, failed.message
+    except MemoryError:
+        return "failed", "OutOfMemory", f"{service} needs more memory than there is for it"
+    except Exception as error:  # noqa: BLE001 - it may be anybody's code; what it does wrong is its failure, not ours
+        return "failed", "ServiceBroken", f"{service} raised {type(error).__name__}: {error}"
 
 
-def is_ours(service: str) -> bool:
-    """Whether this module runs a compute service of this name."""
-    return service in _COMPUTE
+def settle(ended: Future[Fields], came: Answer) -> None:
+    """End a call with what has come of it."""
+    match came:
+        case ("done", reply):
+            ended.set_result(reply)
+        case ("failed", code, message):
+            ended.set_exception(ServiceFailed(code, message))
 
 
-def compute_services(clock: Clock, duration_s: Mapping[str, float]) -> dict[str, Service]:
-    """The compute services for a transport.
+def compute_services(clock: Clock, duration_s: Mapping[str, float], runner: Runner | None = None) -> dict[str, Service]:
+    """The compute services for a transport under simulated time, which stands still while they run.
 
     Args:
-        duration_s: How long each is said to take, by name of the service: under simulated time, the time
-            that passes until its reply.
+        duration_s: How long each is said to take, by name of the service: the time that passes until its reply.
+        runner: Where they run; here if left out.
     """
+    where = runner or Here()
 
     def service(name: str, seconds: float) -> Service:
-        return Service(handler=lambda fields: compute(name, fields, t_s=clock.now_s), latency_s=seconds)
+        def handle(fields: Fields) -> Fields:
+            return where.submit(name, fields, t_s=clock.now_s, timeout_s=_PATIENCE_S).result()
 
-    return {name: service(name, seconds) for name, seconds in duration_s.items() if name in _COMPUTE}
+        return Service(handler=handle, latency_s=seconds)
+
+    return {name: service(name, seconds) for name, seconds in duration_s.items() if is_compute_service(name)}
+
+
+_PATIENCE_S = 600.0
+"""Real time says nothing about simulated time; only a service that hangs for good is to be stopped."""

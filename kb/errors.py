@@ -23,6 +23,24 @@ class KnowledgeError(ConcertmasterError):
     fault = "knowledge"
 
 
+class BadFile(ConcertmasterError):
+    """A file of settings, of a scenario or the like is wrong.
+
+    Args:
+        file: The file at fault.
+        field: Dotted path of the field at fault, such as `robots.amigo_1.model`.
+        problem: What is wrong and what would be right.
+    """
+
+    fault = "request"
+
+    def __init__(self, file: str, field: str, problem: str) -> None:
+        super().__init__(f"{file}: {field}: {problem}")
+        self.file = file
+        self.field = field
+        self.problem = problem
+
+
 class InternalError(ConcertmasterError):
     """Our own mistake: never expected, always worth a report."""
 

@@ -2,25 +2,11 @@
 
 from __future__ import annotations
 
-from kb.errors import ConcertmasterError, ServiceFailed
+from kb.errors import BadFile, ServiceFailed
 
 
-class BadScenario(ConcertmasterError):
-    """A scenario, world or model file is wrong, or does not fit where the robots are told to stand.
-
-    Args:
-        file: The file at fault.
-        field: Dotted path of the field at fault, such as `robots.amigo_1.model`.
-        problem: What is wrong and what would be right.
-    """
-
-    fault = "request"
-
-    def __init__(self, file: str, field: str, problem: str) -> None:
-        super().__init__(f"{file}: {field}: {problem}")
-        self.file = file
-        self.field = field
-        self.problem = problem
+class BadScenario(BadFile):
+    """A scenario, world or model file is wrong, or does not fit where the robots are told to stand."""
 
 
 class ServiceRefused(ServiceFailed):

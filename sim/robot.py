@@ -23,9 +23,9 @@ from grounding.messages import (
     header,
     planar_pose,
 )
-from sim.errors import ServiceRefused
+from kb.section import read_file
+from sim.errors import BadScenario, ServiceRefused
 from sim.physics import Body, Physics, PlanarState
-from sim.section import read_file
 
 WATCHDOG_S = 0.5  # a base that hears no command for this long stops
 
@@ -55,7 +55,7 @@ class RobotModel:
 def robot_models() -> Mapping[str, RobotModel]:
     """The kinds of robots that come with the simulator, by name."""
     models = {}
-    for name, section in read_file(files("sim") / "models" / "robots.toml").named():
+    for name, section in read_file(files("sim") / "models" / "robots.toml", BadScenario).named():
         models[name] = RobotModel(
             name=name,
             urdf=section.text("urdf"),

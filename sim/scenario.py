@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
+from kb.section import Section, read_file
+from sim.errors import BadScenario
 from sim.robot import RobotModel, robot_models
-from sim.section import Section, read_file
 from sim.world import ObjectModel, Point3, World, load_world, object_models
 
 
@@ -86,7 +87,7 @@ def load_scenario(source: str | Path) -> Scenario:
         BadScenario: the file, or the world that it names, is missing or wrong.
     """
     file = source if isinstance(source, Path) else files("sim") / "scenarios" / f"{source}.toml"
-    top = read_file(file)
+    top = read_file(file, BadScenario)
     head = top.section("scenario")
     site = head.name("site")
     world_name = head.text("world")

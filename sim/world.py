@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
-from sim.section import Section, read_file
+from kb.section import Section, read_file
+from sim.errors import BadScenario
 
 Point3 = tuple[float, float, float]
 Color = tuple[float, float, float]  # red, green, blue, each 0 to 1
@@ -93,7 +94,7 @@ def load_world(source: str | Path) -> World:
         BadScenario: the file is missing or wrong.
     """
     file = source if isinstance(source, Path) else files("sim") / "worlds" / f"{source}.toml"
-    top = read_file(file)
+    top = read_file(file, BadScenario)
     lab = top.section("world")
     name = lab.name("name")
     width, depth = lab.numbers("size_m", 2, low=1.0, high=100.0)
@@ -125,7 +126,7 @@ def load_world(source: str | Path) -> World:
 def object_models() -> dict[str, ObjectModel]:
     """The kinds of objects that come with the simulator, by name."""
     models = {}
-    for name, section in read_file(files("sim") / "models" / "objects.toml").named():
+    for name, section in read_file(files("sim") / "models" / "objects.toml", BadScenario).named():
         models[name] = ObjectModel(
             name=name,
             radius_m=section.number("radius_m", low=0.005, high=1.0),

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from grounding.runner import compute, wrong_fields
+from grounding.compute.registry import wrong_fields
+from grounding.runner import compute
 from kb.errors import ServiceFailed
 
 PRICE = '{"amount": 12.5, "currency": "USD"}'

@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Collection, Iterator
 from importlib.resources.abc import Traversable
 
-from sim.errors import BadScenario
+from kb.errors import BadFile
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
@@ -16,18 +16,19 @@ _NAME = re.compile(r"[a-z][a-z0-9_]*")
 class Section:
     """One table of a TOML file. Read its fields, then call `end`, which refuses the fields that nobody read.
 
-    Every reader raises `BadScenario` if the field is missing or is not what it should be.
+    Every reader raises `error` if the field is missing or is not what it should be.
     """
 
-    def __init__(self, file: str, path: str, fields: dict[str, object]) -> None:
+    def __init__(self, file: str, path: str, fields: dict[str, object], error: type[BadFile]) -> None:
         self._file = file
+        self._error = error
         self._path = path
         self._fields = fields
         self._read: set[str] = set()
 
-    def fault(self, key: str, problem: str) -> BadScenario:
+    def fault(self, key: str, problem: str) -> BadFile:
         """The error that says what is wrong with field `key`."""
-        return BadScenario(self._file, self._path_of(key), problem)
+        return self._error(self._file, self._path_of(key), problem)
 
     def text(self, key: str, choices: Collection[str] | None = None) -> str:
         """A string, which is one of `choices` if they are given."""
@@ -45,6 +46,13 @@ class Section:
             raise self.fault(key, f"{value!r} is not a name; a name is like kitchen_table_2")
         return value
 
+    def texts(self, key: str) -> tuple[str, ...]:
+        """A list of strings."""
+        value = self._value(key)
+        if not isinstance(value, list) or not all(isinstance(item, str) and item for item in value):
+            raise self.fault(key, f"{value!r} is not a list of texts")
+        return tuple(value)
+
     def name_if_given(self, key: str) -> str | None:
         """As `name`, or None where the field is left out."""
         self._read.add(key)
@@ -61,12 +69,16 @@ class Section:
             raise self.fault(key, f"{value!r} is not a list of {count} numbers")
         return tuple(self._checked(key, item, low, high) for item in value)
 
-    def integer(self, key: str) -> int:
-        """A whole number, zero or more."""
+    def integer(self, key: str, low: int = 0) -> int:
+        """A whole number from `low`."""
         value = self._value(key)
-        if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-            raise self.fault(key, f"{value!r} is not a whole number >= 0")
+        if isinstance(value, bool) or not isinstance(value, int) or value < low:
+            raise self.fault(key, f"{value!r} is not a whole number >= {low}")
         return value
+
+    def __iter__(self) -> Iterator[str]:
+        """The names of all fields, in the order of the file."""
+        return iter(self._fields)
 
     def truth(self, key: str) -> bool:
         """A truth value."""
@@ -91,6 +103,7 @@ class Section:
 
     def has(self, key: str) -> bool:
         """Whether the field is there."""
+        self._read.add(key)
         return key in self._fields
 
     def named(self) -> Iterator[tuple[str, Section]]:
@@ -118,7 +131,7 @@ class Section:
     def _as_section(self, key: str, value: object) -> Section:
         if not isinstance(value, dict):
             raise self.fault(key, f"{value!r} is not a table [{self._path_of(key)}]")
-        return Section(self._file, self._path_of(key), value)
+        return Section(self._file, self._path_of(key), value, self._error)
 
     def _checked(self, key: str, value: object, low: float, high: float) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
@@ -128,15 +141,18 @@ class Section:
         return float(value)
 
 
-def read_file(file: Traversable) -> Section:
+def read_file(file: Traversable, error: type[BadFile]) -> Section:
     """The whole of a TOML file.
 
+    Args:
+        error: What is raised about the file and its fields.
+
     Raises:
-        BadScenario: the file cannot be read, or is not TOML.
+        BadFile: the file cannot be read, or is not TOML.
     """
     try:
-        return Section(str(file), "", tomllib.loads(file.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise BadScenario(str(file), "file", f"cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise BadScenario(str(file), "file", f"is not TOML: {error}") from error
+        return Section(str(file), "", tomllib.loads(file.read_text(encoding="utf-8")), error)
+    except OSError as failed:
+        raise error(str(file), "file", f"cannot be read: {failed.strerror}") from failed
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as failed:
+        raise error(str(file), "file", f"is not TOML: {failed}") from failed
