@@ -1,8 +1,23 @@
 """Faults on the way to services and back, by schedule or by chance: for tests, campaigns and what-if runs.
 
-    FaultyTransport(transport, clock, [Fault(service="/amigo_1/*", kind=FaultKind.CUT, from_s=3.0)], chance)
+Whatever carries the calls, the executive meets the same faults; the same seed gives the same ones. In a TOML file:
 
-Whatever carries the calls, the executive meets the same faults; the same seed gives the same ones.
+    [faults.camera_fails_once]
+    service = "/amigo_1/kinect"     # names of services, with * and ? as in file names
+    kind = "fail"                   # fail, hang, silence, delay, repeat, cut
+    calls = [1]                     # which of the calls to such services; all if left out
+    code = "SensorSilent"           # failure that is told
+
+    [faults.amigo_is_lost]
+    service = "/amigo_1/*"
+    kind = "cut"
+    from_s = 3.0                    # and until_s
+
+    [faults.slow_network]
+    service = "*"
+    kind = "delay"
+    probability = 0.1
+    delay_s = 0.5
 """
 
 from __future__ import annotations
@@ -11,16 +26,19 @@ import fnmatch
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from enum import Enum, auto
+from enum import StrEnum, auto
+from pathlib import Path
 from typing import assert_never
 
 import numpy as np
 
 from grounding.transport import ServiceCall, ServiceReply, Transport
 from kb.clock import Clock
+from kb.errors import BadFile
+from kb.section import Section, read_file
 
 
-class FaultKind(Enum):
+class FaultKind(StrEnum):
     """What goes wrong with a call."""
 
     FAIL = auto()
@@ -133,3 +151,36 @@ class FaultyTransport:
 
     def _is_cut(self, service: str) -> bool:
         return any(f.kind is FaultKind.CUT and f.concerns(service, self._clock.now_s) for f in self._faults)
+
+
+class BadFaults(BadFile):
+    """A file of faults is wrong."""
+
+
+def read_faults(file: Path) -> tuple[Fault, ...]:
+    """The faults of a file, in its order.
+
+    Raises:
+        BadFaults: It is wrong.
+    """
+    top = read_file(file, BadFaults)
+    faults = tuple(_fault(section) for _, section in top.sections("faults"))
+    top.end()
+    return faults
+
+
+def _fault(section: Section) -> Fault:
+    given = {}
+    for name, low, high in (("from_s", 0.0, math.inf), ("until_s", 0.0, math.inf), ("probability", 0.0, 1.0)):
+        if section.has(name):
+            given[name] = section.number(name, low=low, high=high)
+    fault = Fault(
+        service=section.text("service"),
+        kind=FaultKind(section.text("kind", choices=list(FaultKind))),
+        calls=frozenset(section.integers("calls", low=1)) if section.has("calls") else frozenset(),
+        code=section.text("code") if section.has("code") else "Injected",
+        delay_s=section.number("delay_s", low=0.0) if section.has("delay_s") else 0.0,
+        **given,
+    )
+    section.end()
+    return fault

@@ -46,6 +46,13 @@ class Section:
             raise self.fault(key, f"{value!r} is not a name; a name is like kitchen_table_2")
         return value
 
+    def integers(self, key: str, low: int = 0) -> tuple[int, ...]:
+        """A list of whole numbers from `low`."""
+        value = self._value(key)
+        if not isinstance(value, list):
+            raise self.fault(key, f"{value!r} is not a list of whole numbers >= {low}")
+        return tuple(self._whole(key, item, low) for item in value)
+
     def texts(self, key: str) -> tuple[str, ...]:
         """A list of strings."""
         value = self._value(key)
@@ -71,10 +78,7 @@ class Section:
 
     def integer(self, key: str, low: int = 0) -> int:
         """A whole number from `low`."""
-        value = self._value(key)
-        if isinstance(value, bool) or not isinstance(value, int) or value < low:
-            raise self.fault(key, f"{value!r} is not a whole number >= {low}")
-        return value
+        return self._whole(key, self._value(key), low)
 
     def __iter__(self) -> Iterator[str]:
         """The names of all fields, in the order of the file."""
@@ -132,6 +136,11 @@ class Section:
         if not isinstance(value, dict):
             raise self.fault(key, f"{value!r} is not a table [{self._path_of(key)}]")
         return Section(self._file, self._path_of(key), value, self._error)
+
+    def _whole(self, key: str, value: object, low: int) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or value < low:
+            raise self.fault(key, f"{value!r} is not a whole number >= {low}")
+        return value
 
     def _checked(self, key: str, value: object, low: float, high: float) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):

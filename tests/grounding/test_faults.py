@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from grounding.faults import Fault, FaultKind, FaultyTransport
+from grounding.faults import BadFaults, Fault, FaultKind, FaultyTransport, read_faults
 from grounding.inprocess import InProcessTransport, Service
 from grounding.transport import ServiceCall
 from kb.clock import SimClock
@@ -134,3 +135,54 @@ def test_impossible_faults_are_refused(probability: float, delay_s: float, told:
     """Before anything is called."""
     with pytest.raises(ValueError, match=told):
         Fault(service="*", kind=FaultKind.DELAY, probability=probability, delay_s=delay_s)
+
+
+_FILE = """
+[faults.camera]
+service = "/amigo_1/kinect"
+kind = "fail"
+calls = [1, 3]
+code = "SensorSilent"
+
+[faults.lost]
+service = "/amigo_1/*"
+kind = "cut"
+from_s = 3.0
+until_s = 9
+
+[faults.slow]
+service = "*"
+kind = "delay"
+probability = 0.1
+delay_s = 0.5
+"""
+
+
+def test_a_file_of_faults_is_read(tmp_path: Path) -> None:
+    """In its order."""
+    (tmp_path / "faults.toml").write_text(_FILE)
+    assert read_faults(tmp_path / "faults.toml") == (
+        Fault(service="/amigo_1/kinect", kind=FaultKind.FAIL, calls=frozenset({1, 3}), code="SensorSilent"),
+        Fault(service="/amigo_1/*", kind=FaultKind.CUT, from_s=3.0, until_s=9.0),
+        Fault(service="*", kind=FaultKind.DELAY, probability=0.1, delay_s=0.5),
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('"fail"', '"explode"', "faults.camera.kind: unknown: 'explode'; known are cut, delay, fail, hang"),
+        ("[1, 3]", "[0]", "faults.camera.calls: 0 is not a whole number >= 1"),
+        ("[1, 3]", "1", "faults.camera.calls: 1 is not a list of whole numbers >= 1"),
+        ("0.1", "1.1", "faults.slow.probability: 1.1 is not from 0 to 1"),
+        ("delay_s", "delay", "faults.slow.delay: unknown field"),
+        ('service = "*"', "", "faults.slow.service: missing"),
+        ("[faults.", "[fault.", "faults: missing"),
+    ],
+)
+def test_wrong_faults_are_refused_with_their_field(tmp_path: Path, old: str, new: str, told: str) -> None:
+    """And what would be right."""
+    (tmp_path / "faults.toml").write_text(_FILE.replace(old, new))
+    with pytest.raises(BadFaults) as caught:
+        read_faults(tmp_path / "faults.toml")
+    assert told in str(caught.value)
