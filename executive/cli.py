@@ -7,51 +7,26 @@ robot is capable, and nothing was begun; 130 interrupted.
 from __future__ import annotations
 
 import argparse
-import json
-import signal
+import pkgutil
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Self
 
-from executive.errors import BadRequest
-from executive.events import TaskStatus
 from executive.exit_codes import FAILED, INTERRUPTED, OK, REFUSED, complain
-from executive.export import export_mcap
-from executive.fleet import Fleet, TaskHandle
 from executive.kb_commands.commands import add_kb
-from executive.pictures import draw_gantt, draw_top_view
-from executive.replay import first_difference, scenario_of
-from executive.trace import (
-    FleetOpened,
-    PlanFailed,
-    ProcessBegun,
-    ProcessEnded,
-    TaskFinished,
-    TraceEvent,
-    narrate,
-    read_trace,
-)
-from executive.wiring import site_map
 from kb.errors import ConcertmasterError
-from kb.files import SHIPPED
 from kb.problems import OntologyRejected
-from kb.store import KnowledgeBase
-from planner.answers import Answer, as_data
-from planner.classical_goal import GoalPlan
-from planner.explain import Explainer
-from planner.plan import Plan
-from planner.planner import EFFORT
-
-_PROGRESS_EVERY_S = 1.0
-_WORTH_A_LINE_S = 0.5
+from planner.plan import EFFORT
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
     options = make_parser().parse_args(arguments)
     try:
-        status: int = options.command(options)
+        command: Callable[[argparse.Namespace], int] = options.command
+        if isinstance(options.command, str):  # what plans and draws takes two seconds to import
+            command = pkgutil.resolve_name(options.command)
+        status = command(options)
     except OntologyRejected as error:
         complain(str(error))
         status = REFUSED
@@ -80,11 +55,13 @@ def make_parser() -> argparse.ArgumentParser:
     run = commands.add_parser("run", help="do a task with the simulated fleet of a site")
     _add_request_or_goal(run)
     run.add_argument("--out", type=Path, help="folder for trace and pictures (default: the next free runs/TASK-N)")
+    run.add_argument("--compute", type=Path, help="settings of the compute services (TOML): which run in workers")
+    run.add_argument("--faults", type=Path, help="what goes wrong with calls to services (TOML)")
     run.add_argument(
         "--watch", action="store_true", help="put in force what is saved in the knowledge folder while robots work"
     )
     run.add_argument("--verbose", "-v", action="store_true", help="print every action, as `trace` does")
-    run.set_defaults(command=_run)
+    run.set_defaults(command="executive.task_commands.run:run")
 
     plan = commands.add_parser("plan", help="plan a task; nothing moves")
     _add_request_or_goal(plan)
@@ -96,7 +73,7 @@ def make_parser() -> argparse.ArgumentParser:
         help="how long to look for a better plan or a proof, in seconds of computing (default: %(default)s); "
         "Ctrl-C takes the best so far",
     )
-    plan.set_defaults(command=_plan)
+    plan.set_defaults(command="executive.task_commands.plan:plan")
 
     explain = commands.add_parser("explain", help="tell why a task is planned so, or what would make it possible")
     _add_request(explain)
@@ -112,7 +89,7 @@ def make_parser() -> argparse.ArgumentParser:
         help="why not the other way round: drink_2=drink_1 asks for drink_2 before drink_1",
     )
     explain.add_argument("--json", action="store_true", help="print the answers as JSON")
-    explain.set_defaults(command=_explain)
+    explain.set_defaults(command="executive.task_commands.explain:explain")
 
     trace = commands.add_parser("trace", help="print a trace, or draw it")
     trace.add_argument("file", type=Path, help="a trace.jsonl that `run` wrote")
@@ -122,8 +99,10 @@ def make_parser() -> argparse.ArgumentParser:
     trace.add_argument(
         "--replay", action="store_true", help="do it again, and tell the first difference if there is one"
     )
-    trace.add_argument("--knowledge", type=Path, default=SHIPPED, help="folder of ontologies (default: shipped)")
-    trace.set_defaults(command=_trace)
+    trace.add_argument(
+        "--knowledge", type=Path, help="folder of ontologies (default: what is kept beside the trace, else the shipped)"
+    )
+    trace.set_defaults(command="executive.task_commands.trace:trace")
 
     add_kb(commands)
     return parser
@@ -155,280 +134,10 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, help="of all chance in the simulator (default: the scenario's)")
 
 
-def _open(options: argparse.Namespace, trace: Path | None) -> Fleet:
-    return Fleet.open(
-        options.site,
-        scenario=scenario_of(options.scenario) if options.scenario else None,
-        knowledge=options.knowledge,
-        seed=options.seed,
-        trace=trace,
-    )
-
-
-def _arguments(options: argparse.Namespace) -> dict[str, str]:
-    arguments: dict[str, str] = {}
-    for given in options.arguments:
-        name, equals, value = given.partition("=")
-        if not equals:
-            raise BadRequest(given, f"{given!r} is no argument; write name=value, such as room=tue_lab")
-        if name == "robots":
-            raise BadRequest(name, f"{given!r} is no argument of the task; write --robots {value}")
-        if name in arguments:
-            raise BadRequest(name, f"{name} is given twice, as {arguments[name]!r} and as {value!r}")
-        arguments[name] = value
-    return arguments
-
-
-def _run(options: argparse.Namespace) -> int:
-    arguments = _arguments(options)
-    _check_goal_options(options)
-    out = options.out or _next_free(Path("runs"), options.task or "Goal")
-    if out.exists() and not out.is_dir():
-        raise BadRequest("out", f"--out {out} is a file; give a folder")
-    with _open(options, out / "trace.jsonl") as fleet:
-        _check_store(options, fleet)
-        if options.goal is None:
-            task = fleet.request(options.task, robots=options.robots, **arguments)
-        else:
-            task = fleet.request_goal(options.goal)
-        if options.watch:
-            fleet.watch_knowledge()
-        teller = _Teller(fleet, verbose=options.verbose)
-        try:
-            _wait(task, fleet, teller)
-        except KeyboardInterrupt:
-            task.cancel()
-        result = task.wait()
-        teller.tell()
-        if result.status is TaskStatus.REFUSED:
-            complain(f"concertmaster: {task.name} was refused: {result.reason}")
-            return REFUSED
-        draw_gantt(fleet.trace, out / "gantt.png")
-        draw_top_view(fleet.trace, site_map(fleet.parts.knowledge.snapshot()), out / "top_view.png")
-    print(f"trace:    {out / 'trace.jsonl'}")
-    print(f"Gantt:    {out / 'gantt.png'}")
-    print(f"top view: {out / 'top_view.png'}")
-    if options.store and result.goal and result.status is TaskStatus.COMPLETED:
-        _store(options, fleet, result.goal)
-    match result.status:
-        case TaskStatus.COMPLETED:
-            return OK
-        case TaskStatus.CANCELED:
-            complain(f"concertmaster: {task.name} {result.status}: {result.reason}")
-            return INTERRUPTED
-        case _:
-            complain(f"concertmaster: {task.name} {result.status}: {result.reason}")
-            return FAILED
-
-
-def _wait(task: TaskHandle, fleet: Fleet, teller: _Teller) -> None:
-    while task.wait_until(fleet.now_s + _PROGRESS_EVERY_S) is None:
-        teller.tell()
-
-
-class _Teller:
-    """Prints what has happened since it last did."""
-
-    def __init__(self, fleet: Fleet, *, verbose: bool) -> None:
-        self._fleet = fleet
-        self._verbose = verbose
-        self._told = 0
-        self._begun: dict[tuple[str, str], float] = {}
-
-    def tell(self) -> None:
-        events = self._fleet.trace[self._told :]
-        self._told += len(events)
-        for line in narrate(events) if self._verbose else self._briefly(events):
-            print(line, flush=True)
-
-    def _briefly(self, events: Sequence[TraceEvent]) -> Sequence[str]:
-        """Without the actions, but with the composite processes that take a while."""
-        lines: list[str] = []
-        for event in events:
-            match event:
-                case ProcessBegun():
-                    self._begun[event.task, event.process] = event.t_s
-                case ProcessEnded():
-                    took_s = event.t_s - self._begun.get((event.task, event.process), event.t_s)
-                    if took_s >= _WORTH_A_LINE_S:
-                        lines.append(f"done [{event.process}] at time {event.t_s:.2f}, after {took_s:.2f} s")
-                case PlanFailed():
-                    pass  # the end of the task tells why
-                case TaskFinished() if event.status != TaskStatus.COMPLETED:
-                    pass  # told at the end, where errors go
-                case _:
-                    lines += (line for line in narrate([event]) if not line.startswith("do ["))
-        return lines
-
-
-def _check_goal_options(options: argparse.Namespace) -> None:
-    if options.goal is not None and options.robots is not None:
-        raise BadRequest("robots", "all robots may take part in reaching a goal; leave --robots out")
-    if options.store and options.goal is None:
-        raise BadRequest("store", "--store keeps what leads to a goal; give --goal as well")
-    if options.realizes and not options.store:
-        raise BadRequest("realizes", "--realizes tells what the recipe of --store is for; give --store NAME as well")
-    if options.folder and not options.store:
-        raise BadRequest("folder", "--folder tells where --store keeps the recipe; give --store NAME as well")
-
-
-def _recipes(options: argparse.Namespace) -> Path:
-    folder: Path = options.folder or options.knowledge or SHIPPED
-    return folder
-
-
-def _check_store(options: argparse.Namespace, fleet: Fleet) -> None:
-    """Before anything moves."""
-    if options.store:
-        fleet.check_recipe(options.store, _recipes(options), realizes=options.realizes)
-
-
-def _store(options: argparse.Namespace, fleet: Fleet, plan: GoalPlan) -> None:
-    file = fleet.store_recipe(plan, options.store, _recipes(options), realizes=options.realizes)
-    print(f"recipe:   {file}")
-
-
-def _plan_goal(options: argparse.Namespace) -> int:
-    with _open(options, None) as fleet:
-        _check_store(options, fleet)
-        found, plan = fleet.plan_goal(options.goal)
-        print(f"{found.status}: {found.reason}")
-        if found.program is None:
-            return REFUSED
-        if plan is not None:
-            _print_steps(plan)
-        if options.store:
-            _store(options, fleet, found)
-    return OK
-
-
-def _plan(options: argparse.Namespace) -> int:
-    arguments = _arguments(options)
-    _check_goal_options(options)
-    if options.goal is not None:
-        return _plan_goal(options)
-    with _open(options, None) as fleet, _Search() as search:
-        plan, lacking = fleet.plan(
-            options.task,
-            robots=options.robots,
-            effort=options.effort,
-            stop=search.stopped,
-            on_plan=search.tell,
-            **arguments,
-        )
-    print(f"{plan.status}: {plan.reason}")
-    _print_steps(plan)
-    for sentence in lacking:
-        complain(sentence)
-    return OK if plan.solved else REFUSED
-
-
-def _explain(options: argparse.Namespace) -> int:
-    arguments = _arguments(options)
-    with (
-        _open(options, None) as fleet,
-        fleet.explaining(options.task, robots=options.robots, **arguments) as (plan, explainer),
-    ):
-        answers = list(_answers(options, plan, explainer))
-    if options.json:
-        print(json.dumps([as_data(a) for a in answers], indent=2, ensure_ascii=False))
-    else:
-        for answer in answers:
-            print(answer.text)
-    return OK
-
-
-def _answers(options: argparse.Namespace, plan: Plan, explainer: Explainer) -> Iterator[Answer]:
-    if not plan.solved:
-        yield explainer.what_would_help()
-        return
-    if options.why_not is not None:
-        yield explainer.why_not(plan, *_pair("--not", options.why_not))
-    if options.first is not None:
-        yield explainer.why_not_first(plan, *_pair("--first", options.first))
-    if options.why_not is None and options.first is None:
-        yield explainer.why(plan)
-
-
-def _pair(option: str, given: str) -> tuple[str, str]:
-    one, equals, other = given.rpartition("=")
-    if not equals:
-        raise BadRequest(option, f"{option} {given} names one thing; name two, such as {option} drink_1=pico_1")
-    return one, other
-
-
-class _Search:
-    """A line of progress while a plan is looked for, where somebody is watching; Ctrl-C ends the search."""
-
-    def __init__(self) -> None:
-        self._stopped = False
-        self._before: Any = None
-        self._shown = False
-
-    def __enter__(self) -> Self:
-        self._before = signal.signal(signal.SIGINT, self._stop)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        signal.signal(signal.SIGINT, self._before)
-        if self._shown:
-            print(file=sys.stderr)
-
-    def stopped(self) -> bool:
-        return self._stopped
-
-    def tell(self, plan: Plan) -> None:
-        if plan.solved and sys.stderr.isatty():
-            self._shown = True
-            told = f"makespan {plan.makespan_s:.2f} s, at least {plan.lower_bound_s:.2f} s ({plan.phase})"
-            print(f"\r{told:<78}", end="", file=sys.stderr, flush=True)
-
-    def _stop(self, *_: object) -> None:
-        self._stopped = True
-
-
-def _print_steps(plan: Plan) -> None:
-    for step in plan.steps:
-        print(f"  [{step.action}] from {step.start_s:.2f} to {step.end_s:.2f}")
-
-
-def _trace(options: argparse.Namespace) -> int:
-    events = list(read_trace(options.file))
-    if options.gantt:
-        draw_gantt(events, options.gantt)
-        print(options.gantt)
-    if options.top_view:
-        opened = next((e for e in events if isinstance(e, FleetOpened)), None)
-        if opened is None:
-            raise BadRequest("file", f"{options.file} does not tell the site, so its map is not known")
-        knowledge = KnowledgeBase(opened.site, options.knowledge)
-        draw_top_view(events, site_map(knowledge.snapshot()), options.top_view)
-        knowledge.close()
-        print(options.top_view)
-    if options.mcap:
-        export_mcap(events, options.mcap)
-        print(options.mcap)
-    if options.replay:
-        difference = first_difference(events, options.knowledge)
-        print(difference or f"{len(events)} events, all the same")
-        return FAILED if difference else OK
-    if not options.gantt and not options.top_view and not options.mcap:
-        for line in narrate(events):
-            print(line)
-    return OK
-
-
 def _png(name: str) -> Path:
     if not name.endswith(".png"):
         raise argparse.ArgumentTypeError(f"{name!r} is no picture that can be drawn; give a name that ends in .png")
     return Path(name)
-
-
-def _next_free(folder: Path, task: str) -> Path:
-    number = 1
-    while (folder / f"{task}-{number}").exists():
-        number += 1
-    return folder / f"{task}-{number}"
 
 
 if __name__ == "__main__":

@@ -28,8 +28,7 @@ from kb.errors import ConcertmasterError, InternalError
 from kb.history import Fact, Known
 from planner.classical_goal import GoalPlan
 from planner.explain import Explainer
-from planner.plan import Plan
-from planner.planner import EFFORT
+from planner.plan import EFFORT, Plan
 
 
 def _run_until(parts: Parts, done: Callable[[], bool]) -> bool:
@@ -113,6 +112,8 @@ class Fleet:
         seed: int | None = None,
         trace: Path | None = None,
         services: Mapping[str, Handler] | None = None,
+        compute: Path | None = None,
+        faults: Path | None = None,
     ) -> Self:
         """Load the knowledge of a site and start its simulated robots.
 
@@ -122,15 +123,25 @@ class Fleet:
                 shipped one for the site if left out.
             knowledge: Folder of ontologies; the shipped ones if left out.
             seed: Of all chance in the simulator; the scenario's if left out.
-            trace: Where to write the trace (JSON Lines); it is kept in memory in any case.
+            trace: Where to write the trace (JSON Lines), and beside it the knowledge that comes into force. Without,
+                all events stay in memory: give one to a fleet that works for long.
             services: Compute services that the ontology grounds processes in, beside those of our own, by name: each
                 takes the fields of a request and gives those of the reply, or raises ServiceFailed.
+            compute: Settings (TOML) that say which compute services run in worker processes; none if left out.
+            faults: What goes wrong with calls (TOML); nothing if left out.
 
         Raises:
             ConcertmasterError: Something given is not usable; nothing was started.
         """
         parts = open_simulated(
-            site, scenario=scenario, knowledge=knowledge, seed=seed, trace=trace, services=services or {}
+            site,
+            scenario=scenario,
+            knowledge=knowledge,
+            seed=seed,
+            trace=trace,
+            services=services or {},
+            compute=compute,
+            faults=faults,
         )
         return cls(parts)
 
@@ -200,7 +211,7 @@ class Fleet:
         """Put an earlier revision in force again, by its number; errors as for `accept_knowledge`.
 
         Raises:
-            UnknownRevision: It never was in force, or is now.
+            UnknownRevision: It never was in force, was too long ago, or is now.
         """
         self._require_open("knowledge", "no knowledge can be rolled back")
         return self._parts.live.roll_back(revision)
@@ -359,6 +370,7 @@ class Fleet:
         self._is_open = False
         with ExitStack() as closing:
             closing.callback(self._parts.knowledge.close)
+            closing.callback(self._parts.compute.close)
             closing.callback(self._parts.simulation.close)
             closing.callback(self._parts.shell.recorder.close)
             closing.callback(self._parts.live.close)

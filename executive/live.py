@@ -98,7 +98,7 @@ class LiveKnowledge:
         self._knowledge = knowledge
         self._shell = shell
         self._world = world
-        self._watches: list[FolderWatch] = []
+        self._watches: list[FolderWatch[Revision | ConcertmasterError]] = []
         self._found: deque[_Found] = deque()  # by the threads that watch
         self.found = Event()
 
@@ -136,7 +136,7 @@ class LiveKnowledge:
         tasks = self._shell.unfinished_tasks
         self._shell.post(events.KnowledgeWasAccepted(knowledge=new_knowledge(proposed.proposal, tasks, ())))
         if self._knowledge.revision is not proposed.proposal.revision:
-            *_, refused = (e for e in self._shell.recorder.events if isinstance(e, KnowledgeRefused))
+            refused = next(e for e in reversed(self._shell.recorder.events) if isinstance(e, KnowledgeRefused))
             raise KnowledgeInUse(refused.reason)
         self._world.adapt(self._knowledge.snapshot())
 
@@ -144,7 +144,7 @@ class LiveKnowledge:
         """Put an earlier revision in force again, as it was read then; errors as for `accept`.
 
         Raises:
-            UnknownRevision: It never was in force, or is now.
+            UnknownRevision: It never was in force, was too long ago, or is now.
         """
         proposed = self.propose_earlier(revision)
         self.accept(proposed)
@@ -165,17 +165,22 @@ class LiveKnowledge:
         """
         watched = folder or self._knowledge.revision.folder
 
-        def read() -> None:
+        def read() -> Revision | ConcertmasterError:
+            if not watched.is_dir():
+                return KnowledgeError(f"{watched} is no folder any more; put one there, or watch another")
             try:
-                found: Revision | ConcertmasterError = self._knowledge.read(watched)
+                return self._knowledge.read(watched)
             except ConcertmasterError as error:
-                found = error
+                return error
             except OSError as error:  # a file that has gone meanwhile, or may not be read
-                found = KnowledgeError(f"{error.filename}: {error.strerror}")
+                return KnowledgeError(f"{error.filename}: {error.strerror}")
+
+        def tell(found: Revision | ConcertmasterError) -> None:
             self._found.append(_Found(folder=watched, what=found, on_change=on_change))
             self.found.set()
 
-        self._watches.append(FolderWatch(watched, read))
+        missed = folder is None and not self._knowledge.revision.is_as_read()
+        self._watches.append(FolderWatch(watched, read, tell, at_once=missed))
 
     def take_found(self) -> None:
         """Take in what the watched folders have brought since; between two events."""
@@ -207,6 +212,8 @@ class LiveKnowledge:
             raise
         shell, tasks = self._shell, self._shell.unfinished_tasks
         now = self._knowledge.snapshot()
+        for revision in (proposal.base, proposal.revision):
+            shell.recorder.keep(revision)
         effects = effects_on(tasks, now, proposal, shell.forecast, now_s=shell.clock.now_s)
         shell.post(events.KnowledgeWasProposed(knowledge=new_knowledge(proposal, tasks, effects)))
         return KnowledgeProposal(proposal=proposal, effects=effects)

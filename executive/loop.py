@@ -265,8 +265,11 @@ def _start_actions(state: State, event: ActionsAreReady, now_s: float) -> Step:
         return state, commands + ending
     task = state.tasks[event.task]
     if event.progress.replan:
-        waited = "the plan waited for what is known now, or was made before it changed"
-        reason = f"{event.change}, for which the plan was not made" if event.change else waited
+        reason = "the plan waited for what is known now, or was made before it changed"
+        if event.progress.released:
+            reason = f"{event.cause} has ended, and its robot is no longer capable of what it was to do next"
+        elif event.change:
+            reason = f"{event.change}, for which the plan was not made"
         anew = trace.Replanned(t_s=now_s, task=task.name, reason=reason)
         state = _with_task(state, replace(task, awaited_plans=task.awaited_plans + 1))
         return state, [*commands, Record(event=anew), MakePlan(task=task.name)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from itertools import zip_longest
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from executive.errors import BadTrace
 from executive.events import TaskStatus
 from executive.fleet import Fleet, TaskHandle
 from executive.live import KnowledgeInUse, KnowledgeProposal
+from executive.recorder import KNOWLEDGE
 from executive.trace import (
     FactsTold,
     FleetOpened,
@@ -31,12 +33,20 @@ def scenario_of(named: str) -> str | Path:
     return Path(named) if named.endswith(".toml") else named
 
 
-def first_difference(events: Sequence[TraceEvent], knowledge: Path) -> str:
+def kept_knowledge(beside: Path | None, digest: str) -> Path | None:
+    """Where files of this hash are kept beside a trace, if they are."""
+    folder = beside / KNOWLEDGE / digest if beside else None
+    return folder if folder and folder.is_dir() else None
+
+
+def first_difference(events: Sequence[TraceEvent], knowledge: Path, beside: Path | None = None) -> str:
     """Open the same fleet, do what people did at the same times (file, cancel, tell), and compare event by event.
 
     Args:
         events: A trace; if it ends before its tasks did, so does the comparison.
         knowledge: Folder of the ontologies that it was recorded with.
+        beside: Folder of the trace, if it has one: revisions that were kept there are read in place of the folders
+            where they were then, which may be others now.
 
     Returns:
         Number of the first event that differs and both sides; empty if none does.
@@ -47,7 +57,14 @@ def first_difference(events: Sequence[TraceEvent], knowledge: Path) -> str:
     opened = events[0] if events else None
     if not isinstance(opened, FleetOpened):
         raise BadTrace("trace", 1, "does not begin with fleet_opened, so it is not known what to do again")
-    with Fleet.open(opened.site, scenario=scenario_of(opened.scenario), knowledge=knowledge, seed=opened.seed) as fleet:
+    with Fleet.open(
+        opened.site,
+        scenario=scenario_of(opened.scenario),
+        knowledge=knowledge,
+        seed=opened.seed,
+        compute=Path(opened.compute) if opened.compute else None,
+        faults=Path(opened.faults) if opened.faults else None,
+    ) as fleet:
         tasks: dict[str, TaskHandle] = {}
         proposed: KnowledgeProposal | None = None
         for event in filter(_is_of_a_person, events):
@@ -72,18 +89,23 @@ def first_difference(events: Sequence[TraceEvent], knowledge: Path) -> str:
                 case FactsTold(prop=prop, subject=subject, value=str() | float() | bool() as value) if by_person:
                     fleet.tell(prop, subject, value)
                 case KnowledgeProposed() | KnowledgeAccepted() | KnowledgeRolledBack() | KnowledgeRefused():
-                    proposed = _change_knowledge(fleet, event, number, proposed)
+                    proposed = _change_knowledge(fleet, event, number, proposed, beside)
                 case _:
                     pass
         for task in tasks.values():
             task.wait()
         again = list(fleet.trace)[: len(events)]
     for number, (one, other) in enumerate(zip_longest(events, again), start=1):
-        was = to_json(one) if one else "nothing"
-        now = to_json(other) if other else "nothing"
+        was = to_json(_anywhere(one)) if one else "nothing"
+        now = to_json(_anywhere(other)) if other else "nothing"
         if was != now:
             return f"event {number} differs\n- {was}\n+ {now}"
     return ""
+
+
+def _anywhere(event: TraceEvent) -> TraceEvent:
+    """An event without the folder that files were read from."""
+    return replace(event, folder="") if isinstance(event, KnowledgeProposed | KnowledgeRefused) else event
 
 
 def _change_knowledge(
@@ -91,6 +113,7 @@ def _change_knowledge(
     event: KnowledgeProposed | KnowledgeAccepted | KnowledgeRolledBack | KnowledgeRefused,
     number: int,
     proposed: KnowledgeProposal | None,
+    beside: Path | None,
 ) -> KnowledgeProposal | None:
     """Propose, accept or refuse knowledge as a person did, or who watched a folder; what is proposed then."""
     live, known = fleet.parts.live, fleet.parts.knowledge
@@ -98,13 +121,14 @@ def _change_knowledge(
         case KnowledgeProposed() if event.revision in {r.number for r in known.revisions}:
             return live.propose_earlier(event.revision)
         case KnowledgeProposed():
-            found = known.read(Path(event.folder)).digest
+            folder = kept_knowledge(beside, event.knowledge) or Path(event.folder)
+            found = known.read(folder).digest
             if found != event.knowledge:
                 told = f"revision {event.revision} was read from {event.folder}, whose files are others now"
                 raise BadTrace(
                     "trace", number + 1, f"cannot be repeated: {told} (hash {found}, then {event.knowledge})"
                 )
-            return live.propose(Path(event.folder))
+            return live.propose(folder)
         case KnowledgeRefused(revision=0):
             live.reject(event.folder, event.reason)  # what was wrong is not in the folder any more
         case _:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from executive.errors import BadRequest
 from kb.ontology import fluent_properties
 from kb.processes import Parameter, Process
+from kb.revisions import wrong_kinds
 from kb.store import Snapshot
 from kb.vocabulary import Kind
 from planner.classical_goal import Goal
@@ -81,11 +83,17 @@ def check_fact(prop: str, subject: str, value: object, snapshot: Snapshot) -> No
     things = sorted({thing for kind in kinds for thing in ontology.individuals(kind)})
     if subject not in things:
         raise BadRequest(told, f"{subject} is not known; {_near(subject, things, 'there is')}")
+    if not isinstance(value, str | int | float) or (isinstance(value, float) and not math.isfinite(value)):
+        raise BadRequest(told, f"{told} cannot be {value!r}; give an individual, a number or a truth value")
     known = sorted({_sort(v) for (p, _), v in snapshot.fluents.items() if p == prop})
     if known and _sort(value) not in known:
         raise BadRequest(told, f"{told} cannot be {value!r}; its values are {' or '.join(known)}")
     if isinstance(value, str) and value not in things:
         raise BadRequest(told, f"{told} cannot be {value!r}, which is not known; {_near(value, things, 'there is')}")
+    for thing, wanted in wrong_kinds(ontology, prop, subject, value):
+        wrong = f"{thing} is {_a(ontology.kind_of(thing))}, not {_a(wanted)}"
+        near = _near(thing, ontology.individuals(wanted), f"{_a(wanted)} is")
+        raise BadRequest(told, f"{told} cannot be {value!r}: {wrong}; {near}")
 
 
 def _sort(value: object) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from executive.events import NewKnowledge, TaskStatus
 from executive.goals import check_goal
 from executive.request import TaskRequest, check_request
-from kb.difference import program_changed
+from kb.difference import concerned, program_changed
 from kb.errors import ConcertmasterError
 from kb.store import Proposal, Snapshot
 from planner.plan import Plan
@@ -102,10 +102,10 @@ def new_knowledge(proposal: Proposal, tasks: Sequence[Unfinished], effects: Sequ
 
 def _keeps(task: Unfinished, own: Snapshot, proposal: Proposal) -> str:
     """Why a task that is underway finishes under the revision it has; empty if it goes over."""
-    if own.revision != proposal.base.key:
-        return f"it has kept revision {own.number} before"
     if task.request.goal is not None or task.session is None:
         return "what leads to its goal was found under this revision"
+    if own.revision != proposal.base.key:
+        return f"it has kept revision {own.number} before"
     changed = program_changed(task.request.process, proposal.base, proposal.revision)
     if changed:
         return f"the program of {changed} is another one in revision {proposal.revision.number}"
@@ -127,26 +127,36 @@ def _senseless(request: TaskRequest, snapshot: Snapshot) -> str:
 def effects_on(
     tasks: Sequence[Unfinished], now: Snapshot, proposal: Proposal, plans: Plans, *, now_s: float
 ) -> tuple[TaskEffect, ...]:
-    """Plan each task under what is in force and under what is proposed; nothing of that is kept.
+    """Plan each task under what is in force, and under what is proposed where that matters to it; no plan is kept.
 
     Args:
         now: What is known now.
     """
     effects = []
     for task in tasks:
-        if task.request.goal is not None:
+        if task.request.goal is not None and task.session is None:
             later = Forecast(makespan_s=None, reason="not known, as a goal is solved when its turn comes")
             effects.append(TaskEffect(task=task.name, before=later, after=later))
             continue
         if task.session is None or task.snapshot is None:
-            before, after = (_queued(task, s, plans, now_s) for s in (now, proposal.snapshot))
+            before = _queued(task, now, plans, now_s)
+            same = _same_plan(task.request, now, proposal)
+            after = before if same else _queued(task, proposal.snapshot, plans, now_s)
         else:
             before = _left(task.name, task.session, task.snapshot, (), plans, now_s)
-            keeps = _keeps(task, task.snapshot, proposal)
+            same = bool(_keeps(task, task.snapshot, proposal)) or _same_plan(task.request, task.snapshot, proposal)
             forgotten = tuple(proposal.carry.dropped)
-            after = before if keeps else _left(task.name, task.session, proposal.snapshot, forgotten, plans, now_s)
+            after = before if same else _left(task.name, task.session, proposal.snapshot, forgotten, plans, now_s)
         effects.append(TaskEffect(task=task.name, before=before, after=after))
     return tuple(effects)
+
+
+def _same_plan(request: TaskRequest, now: Snapshot, proposal: Proposal) -> bool:
+    """Whether nothing that plans for a request rest on is different."""
+    if _senseless(request, now) or _senseless(request, proposal.snapshot):
+        return False
+    task, old, new = request.process, proposal.base, proposal.revision
+    return not program_changed(task, old, new) and not concerned(task, old, new, proposal.carry.changed)
 
 
 def _queued(task: Unfinished, snapshot: Snapshot, plans: Plans, now_s: float) -> Forecast:

@@ -35,8 +35,8 @@ from planner.classical_goal import GoalPlan
 from planner.classical_process import GoalProcess
 from planner.explain import Explainer
 from planner.network import Travel
-from planner.plan import Plan
-from planner.planner import EFFORT, Session, TravelTimes
+from planner.plan import EFFORT, Plan
+from planner.planner import Session, TravelTimes
 
 PLANNING_S = 0.5
 """Under simulated time, making a plan takes so long (about 0.3 s on two slow cores, most of it travel times)."""
@@ -339,6 +339,7 @@ class Shell:
             return
 
         def deliver(reply: ServiceReply) -> None:
+            forget_timeout()
             ended(interpret(reply, grounding, service=call.service, elapsed_s=round(self.clock.now_s - called_s, 9)))
 
         self.recorder.record(
@@ -352,7 +353,7 @@ class Shell:
             )
         )
         self._transport.call(call, deliver)
-        self.clock.call_at(called_s + call.timeout_s, lambda: ended(timed_out(call)))
+        forget_timeout = self.clock.call_at(called_s + call.timeout_s, lambda: ended(timed_out(call)))
 
     def _keep(self, action: Action, outcome: Outcome) -> None:
         for name, value in outcome.outputs.items():

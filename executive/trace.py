@@ -21,7 +21,7 @@ from kb.vocabulary import Property
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FleetOpened:
-    """The executive is ready: which knowledge (hash of its files), which scenario, which chance."""
+    """The executive is ready: which knowledge (hash of its files), scenario, chance, settings and faults (files)."""
 
     kind: ClassVar[Literal["fleet_opened"]] = "fleet_opened"
     t_s: float
@@ -30,6 +30,8 @@ class FleetOpened:
     knowledge: str
     scenario: str
     seed: int
+    compute: str = ""
+    faults: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -325,18 +327,21 @@ def read_trace(path: Path) -> Iterator[TraceEvent]:
     Raises:
         BadTrace: The file is missing, or a line is no event.
     """
-    try:
-        with path.open(encoding="utf-8") as stream:
-            lines = stream.readlines()  # not str.splitlines, which breaks lines within texts too
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadTrace(str(path), 0, f"cannot be read: {error}") from error
-    for number, line in enumerate(lines, start=1):
+    for number, line in enumerate(_lines(path), start=1):
         try:
             values = json.loads(line)
             event = _parsed_event(BY_KIND[values.pop("kind")], values)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             raise BadTrace(str(path), number, f"is no event of a trace: {error}") from error
         yield event
+
+
+def _lines(path: Path) -> Iterator[str]:
+    try:
+        with path.open(encoding="utf-8") as stream:
+            yield from stream
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadTrace(str(path), 0, f"cannot be read: {error}") from error
 
 
 def _parsed_event(kind: type[TraceEvent], values: dict[str, Any]) -> TraceEvent:

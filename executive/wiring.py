@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
 
 from executive.errors import BadRequest
 from executive.live import LiveKnowledge
@@ -14,11 +17,15 @@ from executive.shell import Shell
 from executive.trace import FleetOpened
 from executive.travel import PLACES
 from grounding.compute.registry import is_compute_service, wrong_fields
+from grounding.compute.settings import ComputeSettings, read_settings
 from grounding.errors import GroundingError
+from grounding.faults import FaultyTransport, read_faults
 from grounding.ground import pose_of
 from grounding.inprocess import Handler, InProcessTransport, Service
 from grounding.messages import OccupancyGrid, PoseStamped, is_type, xyyaw
-from grounding.runner import compute, compute_services
+from grounding.runner import compute as compute_here
+from grounding.runner import compute_services
+from grounding.workers import Placed
 from kb.clock import SimClock
 from kb.files import SHIPPED
 from kb.history import Source, SourceKind
@@ -39,6 +46,7 @@ class Parts:
     clock: SimClock
     simulation: SimFleet
     live: LiveKnowledge
+    compute: Placed
 
 
 def open_simulated(
@@ -49,15 +57,21 @@ def open_simulated(
     seed: int | None,
     trace: Path | None,
     services: Mapping[str, Handler],
+    compute: Path | None,
+    faults: Path | None,
 ) -> Parts:
     """Load the knowledge of a site and start a simulated fleet there.
 
     Args:
         services: Compute services beside ours, by name; each takes as long as its process says.
+        compute: Settings: where compute services run.
+        faults: What goes wrong with calls.
 
     Raises:
-        ConcertmasterError: The site, its ontology or the scenario is not usable; nothing was started.
+        ConcertmasterError: The site, its ontology, the scenario or a file is not usable; nothing was started.
     """
+    settings = read_settings(compute, os.environ) if compute else ComputeSettings()
+    injected = read_faults(faults) if faults else ()
     if seed is not None and seed < 0:
         raise BadRequest("seed", f"seed={seed} is no seed; give a whole number from 0")
     with ExitStack() as on_error:
@@ -74,11 +88,14 @@ def open_simulated(
         starts = {name: xyyaw(pose.pose) for name, pose in poses.items()}
         simulation = SimFleet(world, starts=starts, clock=clock, seed=seed)
         on_error.callback(simulation.close)
-        transport = _transport(simulation, snapshot, clock, services)
+        placed = Placed(settings)
+        transport = _transport(simulation, snapshot, clock, services, placed)
         _check_groundings(snapshot, transport, list(poses))
         on_error.pop_all()
+    chosen_seed = world.seed if seed is None else seed
     recorder = Recorder(trace)
-    shell = Shell(base, transport, clock, recorder)
+    chance = np.random.default_rng([chosen_seed, _OF_FAULTS])
+    shell = Shell(base, FaultyTransport(transport, clock, injected, chance), clock, recorder)
     for name, pose in poses.items():
         shell.remember(Fluent(Property.HAS_POSE_ESTIMATE, name), pose)
     recorder.record(
@@ -88,49 +105,67 @@ def open_simulated(
             robots=list(poses),
             knowledge=snapshot.ontology.files.digest,
             scenario=str(named),
-            seed=world.seed if seed is None else seed,
+            seed=chosen_seed,
+            compute=str(compute or ""),
+            faults=str(faults or ""),
         )
     )
-    live = LiveKnowledge(base, shell, SimulatedWorld(transport, clock, frozenset(poses)))
-    return Parts(knowledge=base, transport=transport, shell=shell, clock=clock, simulation=simulation, live=live)
+    live = LiveKnowledge(base, shell, SimulatedWorld(transport, clock, frozenset(poses), placed))
+    return Parts(
+        knowledge=base,
+        transport=transport,
+        shell=shell,
+        clock=clock,
+        simulation=simulation,
+        live=live,
+        compute=placed,
+    )
+
+
+_OF_FAULTS = 1
+"""Keeps the chance of faults apart from that of the simulator, which has the same seed."""
 
 
 def _transport(
-    simulation: SimFleet, snapshot: Snapshot, clock: SimClock, services: Mapping[str, Handler]
+    simulation: SimFleet, snapshot: Snapshot, clock: SimClock, services: Mapping[str, Handler], placed: Placed
 ) -> InProcessTransport:
     """All services: those of the robots, and those that compute."""
     transport = InProcessTransport(clock)
     for name, service in simulation.services().items():
         transport.offer(name, Service(handler=service.handler, latency_s=service.latency_s))
-    _offer_compute(transport, snapshot, clock)
+    _offer_compute(transport, snapshot, clock, placed)
     durations = {g.service: g.duration_s for g in snapshot.groundings.values()}
     for name, handler in services.items():
         transport.offer(name, Service(handler=handler, latency_s=durations.get(name, 0.0)))
     return transport
 
 
-def _offer_compute(transport: InProcessTransport, snapshot: Snapshot, clock: SimClock) -> None:
-    durations = {g.service: g.duration_s for g in snapshot.groundings.values() if not g.on_robot}
-    for name, offered in compute_services(clock, durations).items():
+def _offer_compute(transport: InProcessTransport, snapshot: Snapshot, clock: SimClock, placed: Placed) -> None:
+    groundings = snapshot.groundings.values()
+    for file in {field.file for g in groundings for field in g.request if field.file is not None}:
+        placed.allow(file.parent)
+    durations = {g.service: g.duration_s for g in groundings if not g.on_robot}
+    for name, offered in compute_services(clock, durations, placed).items():
         transport.offer(name, offered)
 
 
 class SimulatedWorld:
     """Whether the simulated robots and the services are as knowledge says; they are there from the beginning."""
 
-    def __init__(self, transport: InProcessTransport, clock: SimClock, robots: frozenset[str]) -> None:
-        self._transport, self._clock, self._robots = transport, clock, robots
+    def __init__(self, transport: InProcessTransport, clock: SimClock, robots: frozenset[str], placed: Placed) -> None:
+        self._transport, self._clock, self._robots, self._placed = transport, clock, robots, placed
 
     def check(self, snapshot: Snapshot) -> None:
         robots = snapshot.ontology.individuals(Kind.ROBOT)
         for robot in robots:
             if robot not in self._robots:
-                told = f"{robot} is not there: this fleet has {', '.join(sorted(self._robots))}"
-                raise BadRequest(robot, f"{told}; open another for a scenario with {robot}")
+                told = f"{robot} is in the files but not in this fleet, whose simulated robots are those that it was "
+                told += f"opened with: {', '.join(sorted(self._robots))}"
+                raise BadRequest(robot, f"{told}; open a fleet with a scenario that has {robot}, or leave it out")
         _check_groundings(snapshot, self._transport, robots)
 
     def adapt(self, snapshot: Snapshot) -> None:
-        _offer_compute(self._transport, snapshot, self._clock)
+        _offer_compute(self._transport, snapshot, self._clock, self._placed)
 
 
 def site_map(snapshot: Snapshot) -> OccupancyGrid:
@@ -140,7 +175,7 @@ def site_map(snapshot: Snapshot) -> OccupancyGrid:
         files = [field.file for field in grounding.request if field.file is not None]
         if types == [_MAP] and len(files) == len(grounding.request) == 1:
             fields = {grounding.request[0].name: str(files[0])}
-            found = compute(grounding.service, fields, t_s=0.0)[grounding.reply[0].name]
+            found = compute_here(grounding.service, fields, t_s=0.0)[grounding.reply[0].name]
             assert isinstance(found, OccupancyGrid)
             return found
     raise BadRequest(

@@ -25,6 +25,12 @@ class OutcomeStatus(StrEnum):
     """The call was not even made: it cannot be put into the service's terms."""
     TIMED_OUT = "TIMED_OUT"
     """No reply came in time."""
+    LOST = "LOST"
+    """The connection to the service is gone: whether it did what it was asked to is not known."""
+
+
+_STATUS_OF = {"Lost": OutcomeStatus.LOST, "BadReply": OutcomeStatus.POSTCONDITION_FAILED}
+"""What the failures mean that transports find; the others are the services' own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,7 +60,7 @@ def interpret(reply: ServiceReply, grounding: Grounding, *, service: str, elapse
     """Read a reply as its grounding says: fields become output parameters, checked field by field."""
     if reply.failure:
         return Outcome(
-            status=OutcomeStatus.EXECUTION_FAILED,
+            status=_STATUS_OF.get(reply.failure, OutcomeStatus.EXECUTION_FAILED),
             failure=reply.failure,
             reason=reply.reason,
             outputs={},

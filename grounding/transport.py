@@ -44,8 +44,9 @@ class ServiceReply:
 class Transport(Protocol):
     """Carries calls to services.
 
-    `call` returns at once. The reply comes through `deliver` later, on the clock's thread, at most once;
-    a service that does not exist replies with the failure `NoSuchService`.
+    `call` returns at once. The reply comes through `deliver` later, on the clock's thread, at most once. Failures
+    that are the transport's: `NoSuchService`; `Lost`, where the connection is gone or there is none; `BadReply`,
+    where what comes back is not of the types that it should be.
     """
 
     def call(self, call: ServiceCall, deliver: Callable[[ServiceReply], None]) -> None:

@@ -1,7 +1,7 @@
 """Compute services in processes of their own: several at once, each with limits, none able to take us down.
 
 A worker that crashes, hangs or wants too much memory costs the call that it was working at; another takes its place.
-Workers of a site see that site's files and the variables of the environment that are meant for it, and no others.
+Workers of a site see the variables of the environment that are meant for it, and no others.
 """
 
 from __future__ import annotations
@@ -25,15 +25,10 @@ _MB = 1 << 20
 
 
 class Workers:
-    """A pool of processes; close it when done.
+    """A pool of processes; close it when done."""
 
-    Args:
-        folder: Files outside of it are refused; None for no such limit.
-    """
-
-    def __init__(self, settings: WorkerSettings, folder: Path | None) -> None:
+    def __init__(self, settings: WorkerSettings) -> None:
         self._most_open = settings.count + settings.waiting
-        self._folder = folder
         self._lock = Lock()  # calls end on a thread of the pool
         self._open = set[Future[Answer]]()
         # Not forked: Prolog, Java and PyBullet do not survive that.
@@ -46,8 +41,7 @@ class Workers:
 
     def submit(self, service: str, fields: Fields, *, t_s: float, timeout_s: float) -> Future[Fields]:
         ended = Future[Fields]()
-        refusal = self._refusal_of(service, fields)
-        if refusal is not None:
+        if refusal := self._refusal_of(service):
             settle(ended, refusal)
             return ended
         running = self._pool.schedule(answer, args=[service, dict(fields), t_s], timeout=timeout_s)
@@ -71,18 +65,14 @@ class Workers:
         self._pool.stop()
         self._pool.join()
 
-    def _refusal_of(self, service: str, fields: Fields) -> Answer | None:
+    def _refusal_of(self, service: str) -> Answer | None:
         if not is_compute_service(service):
             return "failed", "NoSuchService", f"there is no {service}"
         with self._lock:
-            if len(self._open) >= self._most_open:
-                told = f"{len(self._open)} calls are open, and no more than {self._most_open} may be"
-                return "failed", "Busy", f"{service}: {told}"
-        folder = self._folder
-        for name, value in fields.items():
-            if folder is not None and name.endswith("_file") and not _lies_in(Path(str(value)), folder):
-                return "failed", "BadInput", f"{service}: {name} {value} is not in {folder}, the folder of its site"
-        return None
+            if len(self._open) < self._most_open:
+                return None
+            told = f"{len(self._open)} calls are open, and no more than {self._most_open} may be"
+            return "failed", "Busy", f"{service}: {told}"
 
 
 def _answer_of(service: str, timeout_s: float, done: Future[Answer]) -> Answer:
@@ -98,10 +88,6 @@ def _answer_of(service: str, timeout_s: float, done: Future[Answer]) -> Answer:
     return came
 
 
-def _lies_in(file: Path, folder: Path) -> bool:
-    return file.resolve().is_relative_to(folder.resolve())
-
-
 def _prepare(memory_mb: int, environment: dict[str, str]) -> None:
     """In a new worker: take away what is not meant for it."""
     kept = {name: os.environ[name] for name in _ALWAYS if name in os.environ}
@@ -111,19 +97,33 @@ def _prepare(memory_mb: int, environment: dict[str, str]) -> None:
 
 
 class Placed:
-    """Services run where the settings of a site say: here, or in workers, which start with the first call to them."""
+    """Services run where the settings of a site say: here, or in workers, which start with the first call to them.
 
-    def __init__(self, settings: ComputeSettings, folder: Path) -> None:
+    Wherever they run, they read files of folders that are allowed, and no others.
+    """
+
+    def __init__(self, settings: ComputeSettings) -> None:
         self._settings = settings
-        self._folder = folder
+        self._folders = set[Path]()
         self._here = Here()
         self._workers: Workers | None = None
 
+    def allow(self, folder: Path) -> None:
+        """From now on, files in this folder may be read too."""
+        self._folders.add(folder.resolve())
+
     def submit(self, service: str, fields: Fields, *, t_s: float, timeout_s: float) -> Future[Fields]:
+        for name, value in fields.items():
+            if name.endswith("_file") and not self._may_read(Path(str(value))):
+                folders = ", ".join(str(folder) for folder in sorted(self._folders)) or "no folder"
+                told = f"{service}: {name} {value} is not in {folders}, where files of this site are"
+                refused = Future[Fields]()
+                settle(refused, ("failed", "BadInput", told))
+                return refused
         match self._settings.places.get(service, "here"):
             case "workers":
                 if self._workers is None:
-                    self._workers = Workers(self._settings.workers, self._folder)
+                    self._workers = Workers(self._settings.workers)
                 return self._workers.submit(service, fields, t_s=t_s, timeout_s=timeout_s)
             case _:
                 return self._here.submit(service, fields, t_s=t_s, timeout_s=timeout_s)
@@ -132,3 +132,6 @@ class Placed:
         """End the workers."""
         if self._workers is not None:
             self._workers.close()
+
+    def _may_read(self, file: Path) -> bool:
+        return any(file.resolve().is_relative_to(folder) for folder in self._folders)

@@ -8,7 +8,7 @@ same process gives the same bytes.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from xml.sax.saxutils import escape, quoteattr
 
@@ -30,7 +30,7 @@ from kb.blocks import (
     repeated_while,
     stack,
 )
-from kb.lettering import wrap
+from kb.lettering import text_width, wrap
 from kb.outline import Form, Outline, Side, Step
 from kb.vocabulary import Kind
 
@@ -41,6 +41,8 @@ _DOUBLE = 3.0
 """Between the two lines of a double frame."""
 _BEHIND = 5.0
 """How far the frame behind the frame of a for-each looks out."""
+_PLANNED = frozenset({Kind.CHOICE, Kind.ITERATE, Kind.ANY_ORDER, Kind.PICK})
+"""What is drawn in the manner of the planner's choices."""
 _NOTHING = Block(left=4, right=4, height=0, arrow_in=False)
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
@@ -55,10 +57,10 @@ STYLE = """
 .chart .robot { fill: #dcebfb; stroke: #1f5c99; }
 .chart .compute { fill: #fdf0d9; stroke: #946200; }
 .chart .hexagon { fill: #eef1ee; }
-.chart .planner { fill: #f1e6f7; stroke: #713a91; }
+.chart .planner { fill: #f1e6f7; stroke: #713a91; stroke-dasharray: 6 3; }
 .chart .frame { fill: #7a8088; fill-opacity: 0.05; stroke: #6b7178; stroke-width: 1.2; }
 .chart .title { fill: #7a8088; fill-opacity: 0.14; stroke: none; }
-.chart .frame.planner { fill: #f1e6f7; fill-opacity: 0.35; stroke: #713a91; stroke-dasharray: 6 3; }
+.chart .frame.planner { fill: #f1e6f7; fill-opacity: 0.35; stroke: #713a91; }
 .chart .title.planner { fill: #713a91; fill-opacity: 0.14; stroke: none; }
 .chart .bar, .chart .start { fill: #1a1c1e; stroke: none; }
 .chart .end { fill: none; stroke: #1a1c1e; stroke-width: 1.6; }
@@ -116,7 +118,7 @@ def _heading(drawn: Outline) -> list[tuple[str, str, float]]:
 def _key(step: Step) -> Block:
     """What the frames mean; only what occurs."""
     shown: list[Column] = []
-    seen = {(s.form, s.side) for s in _performed(step)}
+    seen = {(s.form, s.side) for s in _all(step) if s.kind is Kind.PERFORM}
     for form, side, text in (
         (Form.PRIMITIVE, Side.ROBOT, "a robot does it"),
         (Form.PRIMITIVE, Side.COMPUTE, "it is computed"),
@@ -127,6 +129,8 @@ def _key(step: Step) -> Block:
         if (form, side) in seen:
             block = _boxed([(text, "small", _SMALL)], form, side)
             shown.append(Column(block=block))
+    if any(s.kind in _PLANNED for s in _all(step)):
+        shown.append(Column(block=_question("the planner chooses", "planner")))
     block = apart(shown) if shown else _NOTHING
     # The axis is in the middle of the row.
     middle = (block.right - block.left) / 2
@@ -134,11 +138,10 @@ def _key(step: Step) -> Block:
     return Block(left=half, right=half, height=block.height, items=moved(block.items, -middle, 0))
 
 
-def _performed(step: Step) -> Iterable[Step]:
-    if step.kind is Kind.PERFORM:
-        yield step
+def _all(step: Step) -> Iterable[Step]:
+    yield step
     for part in step.parts:
-        yield from _performed(part.step)
+        yield from _all(part.step)
 
 
 def _block(step: Step, *, data: bool) -> Block:
@@ -187,12 +190,24 @@ def _process(step: Step, inside: list[Block], *, data: bool) -> Block:
     if caption:
         lines.insert(0, (caption, "small", _SMALL))
     if data:
-        for arrow, names in (("in: ", step.given), ("out: ", step.made)):
+        for begin, names in (("in:", step.given), ("out:", step.made)):
             if names:
-                lines += [(line, "small", _SMALL) for line in wrap(arrow + ", ".join(names), _SMALL, _MOST_NAME)]
+                lines += [(line, "small", _SMALL) for line in _flow(begin, names)]
     if inside:
         return _doubled(framed(lines, inside[0], "plain", around=_DOUBLE))
     return _boxed(lines, step.form, step.side)
+
+
+def _flow(begin: str, names: Sequence[str]) -> list[str]:
+    """Names on few lines; `lastPose ← hasPoseEstimate(robot)` stays together where there is room."""
+    lines = [begin]
+    for number, name in enumerate(names, start=1):
+        piece = name + ("," if number < len(names) else "")
+        if lines[-1] != begin and text_width(f"{lines[-1]} {piece}", _SMALL) > _MOST_NAME:
+            lines.append(piece)
+        else:
+            lines[-1] += f" {piece}"
+    return [part for line in lines for part in wrap(line, _SMALL, _MOST_NAME)]
 
 
 def _boxed(lines: list[tuple[str, str, float]], form: Form, side: Side) -> Block:
@@ -248,7 +263,7 @@ def svg(drawn: Outline, block: Block) -> str:
     """Items as a document."""
     width, height = block.left + block.right + 2 * _MARGIN, block.height + 2 * _MARGIN
     items = moved(block.items, block.left + _MARGIN, _MARGIN)
-    steps = ", ".join(dict.fromkeys(s.text for s in _performed(drawn.step)))
+    steps = ", ".join(dict.fromkeys(s.text for s in _all(drawn.step) if s.kind is Kind.PERFORM))
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" class="chart" role="img" width="{_n(width)}" height="{_n(height)}" '
         f'viewBox="0 0 {_n(width)} {_n(height)}" aria-label={quoteattr(_clean("Flow chart of " + drawn.name))}>',

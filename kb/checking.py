@@ -12,14 +12,15 @@ from pathlib import Path
 
 from kb import validation
 from kb.compiler import Compiler
-from kb.files import read_files
+from kb.files import FilesRejected, read_files, unused_files
 from kb.groundings import Grounding, TravelEstimate, read_groundings, read_travel_estimates
+from kb.learned import main_file
 from kb.ontology import Ontology, close
 from kb.problems import OntologyRejected, Problem, errors, in_order, reject_errors
 from kb.processes import Process, read_processes
 from kb.reachability import unreachable
 from kb.reasoner import begin_to_classify
-from kb.sites import check_site
+from kb.sites import check_site, sites_of
 from kb.terms import Term
 
 
@@ -41,6 +42,11 @@ class Checked:
     warnings: tuple[Problem, ...]
 
 
+def check_folder(folder: Path) -> list[Problem]:
+    """Warnings of ontology files that no site of a folder reads."""
+    return unused_files(folder, [main_file(folder, site) for site in sites_of(folder)])
+
+
 def check_ontology(path: Path, folder: Path) -> tuple[Ontology | None, list[Problem]]:
     """An ontology file and its imports, and what is wrong with them.
 
@@ -49,8 +55,8 @@ def check_ontology(path: Path, folder: Path) -> tuple[Ontology | None, list[Prob
     """
     try:
         files = read_files(path, folder)
-    except OntologyRejected as rejected:
-        return None, rejected.problems
+    except FilesRejected as rejected:
+        return None, [*rejected.problems, *validation.check_parts(rejected.files)]
     classification = begin_to_classify(files)  # beside the checks below
     problems = validation.check(files)
     if any(p.code in validation.MISLEADING for p in errors(problems)):

@@ -18,7 +18,7 @@ class Code:
 
 CODES: dict[str, Code] = {
     "KB001": Code(
-        meaning="A file does not parse as RDF/XML, or has not exactly one ontology IRI.",
+        meaning="A file cannot be read, does not parse as RDF/XML, or has not exactly one ontology IRI.",
         advice="In Protégé, *File > Save as > RDF/XML Syntax*; in an editor, go to the line.",
     ),
     "KB002": Code(
@@ -49,13 +49,26 @@ CODES: dict[str, Code] = {
         meaning="A file declares an XML entity that is more than an abbreviation.",
         advice="Write out what it stands for where it is used.",
     ),
+    "KB009": Code(
+        meaning="An entity is called `true`, `false`, `null`, `none` or `here`, which are something else in plans.",
+        advice="Rename it: *Refactor > Rename entity* in Protégé.",
+    ),
+    "KB010": Code(
+        meaning="An ontology file of the folder is imported by no site: nothing that it says holds.",
+        advice="Import it where it is needed, or move it away.",
+        severity=Severity.WARNING,
+    ),
     "KB011": Code(
         meaning="A term is used that is declared nowhere, by its name or by what stands before the `#`.",
         advice="Correct the spelling, or declare the term.",
     ),
     "KB012": Code(
         meaning="A value is no value of its datatype, or not a finite number, or the datatype is not known.",
-        advice="Use xsd:string, boolean, integer, double (not NaN or INF) or anyURI.",
+        advice=(
+            "Use `xsd:string`, `xsd:boolean`, `xsd:integer`, `xsd:double` (with a point; not `NaN` or `INF`) or "
+            "`xsd:anyURI`. In Protégé, choose the datatype: a number such as 7.5 is `xsd:decimal` there if nothing is "
+            "chosen."
+        ),
     ),
     "KB013": Code(
         meaning="A deprecated term is used.",
@@ -68,7 +81,8 @@ CODES: dict[str, Code] = {
     ),
     "KB015": Code(
         meaning=(
-            "A property of individuals has a literal or a class for a value, or a property of literals an individual."
+            "A property of individuals has a literal, a class or something without a name for a value, or a property "
+            "of literals an individual."
         ),
         advice="Name an individual, or give a literal with a datatype.",
     ),
@@ -250,6 +264,24 @@ CODES: dict[str, Code] = {
         meaning="An effect changes a property that is no fluent: nobody would see the change.",
         advice="Mark the property `fluent true`, or change another one.",
     ),
+    "KB146": Code(
+        meaning="A `failureCode` is not whole, or two classes of failure claim it.",
+        advice=(
+            "The ROS type that defines it (or `concertmaster`), its number if it has one, and its name, each parted by "
+            "a space; of one class."
+        ),
+    ),
+    "KB147": Code(
+        meaning="A recovery does not say what it costs, or not in a way that can be.",
+        advice=(
+            "`recoveryTime_s` 0 or more, `recoveryOdds` above 0 and at most 1; `maxAttempts`, if any, 1 or more; "
+            "`pause_s`, if any, at most `recoveryTime_s`."
+        ),
+    ),
+    "KB148": Code(
+        meaning="`recoveredBy` names what is no recovery, or `expectedFailure` what is no class of failure.",
+        advice="The one names an individual of a class below `Recovery`, the other a class below `Failure`.",
+    ),
     "KB160": Code(
         meaning="An atomic process does not say how long it takes.",
         advice="One `duration_s`; 0.0 where it takes no time worth planning with.",
@@ -266,8 +298,8 @@ CODES: dict[str, Code] = {
         advice="Only one way to estimate travel is supported: give all the same `serviceName` and fields.",
     ),
     "KB163": Code(
-        meaning="A `duration_s` or `graceTime_s` is negative, or no number.",
-        advice="xsd:double, 0 or more.",
+        meaning="A `duration_s` or `graceTime_s` is negative, or no number, or longer than any plan may be.",
+        advice="xsd:double, 0 or more, at most 1e8 (three years).",
     ),
     "KB164": Code(
         meaning="`successOdds` are not above 0 and at most 1, or of a process that is not one step.",
@@ -275,7 +307,7 @@ CODES: dict[str, Code] = {
     ),
     "KB165": Code(
         meaning="A `Deadline` does not say when.",
-        advice="One `deadline_s`, xsd:double, 0.001 or more.",
+        advice="One `deadline_s`, xsd:double, 0.001 or more, at most 1e8.",
     ),
     "KB166": Code(
         meaning="A learned value is of the wrong sort.",
@@ -303,8 +335,14 @@ CODES: dict[str, Code] = {
         advice="Say it with classes and properties, or make it a condition.",
     ),
     "KB210": Code(
-        meaning="A process performs itself, directly or through others.",
-        advice="Use `RepeatUntil` or `RepeatWhile`.",
+        meaning=(
+            "A process performs itself, directly or through others, and either cannot end or comes back to itself"
+            " before a step is done."
+        ),
+        advice=(
+            "Let a `Choice` or `IfThenElse` leave out the call, and put a step before it in a `Sequence`; or use"
+            " `RepeatUntil` or `RepeatWhile`."
+        ),
     ),
     "KB211": Code(
         meaning="A control construct or condition contains itself, directly or through others.",

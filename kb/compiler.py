@@ -14,6 +14,7 @@ from kb.constructs import MS_PER_S, Constructs, head
 from kb.ontology import Ontology, fluent_properties
 from kb.problems import Problem, errors, reject_errors
 from kb.processes import Process, Role
+from kb.recursion import endless, least, recursive
 from kb.scope import variable
 from kb.soundness import refuse_unsound
 from kb.terms import Struct, Term, Var, render, struct
@@ -46,7 +47,6 @@ class Compiler:
         self._processes = processes
         self._constructs = Constructs(ontology, processes)
         self._bodies: dict[str, Term] = {}
-        self._required: dict[str, frozenset[str]] = {}
 
     def facts(self, revision: int) -> list[Term]:
         """Everything that the planner needs, as facts of kb/rules/facts.pl, sorted but for the robots of a process.
@@ -56,7 +56,9 @@ class Compiler:
         """
         facts = [*self._compiled(revision)]
         facts += self._individuals(revision)  # of those, too, that the conditions ask for
-        self._refuse_recursion()
+        facts += (struct("recursive", revision, name) for name in recursive(self._bodies))
+        for name, told in endless(self._bodies).items():
+            self._constructs.problem("KB210", name, told)
         if not errors(self._constructs.problems):
             refuse_unsound(self._ontology, self._processes, self._bodies, _preconditions(facts), self._constructs)
         reject_errors(self._constructs.problems)
@@ -155,59 +157,44 @@ class Compiler:
     # What a process requires of its robots
 
     def _requirements(self, revision: int) -> Iterator[Term]:
-        for name in sorted(self._processes):
-            for capability in sorted(self._capabilities(name)):
+        for name, capabilities in least(self._processes, frozenset[str](), self._capabilities).items():
+            for capability in capabilities:
                 yield struct("requires", revision, name, capability)
 
-    def _capabilities(self, name: str) -> frozenset[str]:
+    def _capabilities(self, name: str, known: Mapping[str, frozenset[str]]) -> frozenset[str]:
         """What each robot of a process must be: by its own statement, by its parameter's class, by what it performs.
 
         Where several robots do a process, what follows from parameters and steps is asked of all only as far as it
         is the same for all; the steps ask again.
-        """
-        if name not in self._required:
-            own = frozenset(self._constructs.parts(name, Property.REQUIRES_CAPABILITY))
-            body = self._bodies.get(name, [])
-            each = [
-                self._asked_of(body, variable(robot)) | {robot.kind} - {Kind.ROBOT}
-                for robot in self._processes[name].robots
-            ]
-            self._required[name] = own | (frozenset.intersection(*each) if each else frozenset())
-        return self._required[name]
 
-    def _asked_of(self, body: Term, robot: Term) -> frozenset[str]:
+        Args:
+            known: The same of what it performs.
+        """
+        own = frozenset(self._constructs.parts(name, Property.REQUIRES_CAPABILITY))
+        body = self._bodies.get(name, [])
+        each = [
+            self._asked_of(body, variable(robot), known) | {robot.kind} - {Kind.ROBOT}
+            for robot in self._processes[name].robots
+        ]
+        return own | (frozenset.intersection(*each) if each else frozenset())
+
+    def _asked_of(self, body: Term, robot: Term, known: Mapping[str, frozenset[str]]) -> frozenset[str]:
         """What a program asks of a robot: all that it may come to, but of a choice what all branches ask."""
         match body:
             case Struct("call", (_, _, Struct(callee, arguments))):
                 passed = zip(self._processes[callee].arguments, arguments, strict=True)
                 does = any(parameter.role is Role.ROBOT and argument == robot for parameter, argument in passed)
-                return self._capabilities(callee) if does else frozenset()
+                return known[callee] if does else frozenset()
             case Struct("choice", (_, _, list(branches))):
-                return frozenset.intersection(*(self._asked_of(b, robot) for b in branches))
+                return frozenset.intersection(*(self._asked_of(b, robot, known) for b in branches))
             case Struct("star"):
                 return frozenset()  # it may be done no time
             case Struct(_, arguments):
-                return frozenset[str]().union(*(self._asked_of(a, robot) for a in arguments))
+                return frozenset[str]().union(*(self._asked_of(a, robot, known) for a in arguments))
             case list():
-                return frozenset[str]().union(*(self._asked_of(a, robot) for a in body))
+                return frozenset[str]().union(*(self._asked_of(a, robot, known) for a in body))
             case _:
                 return frozenset()
-
-    def _refuse_recursion(self) -> None:
-        calls, done = self._constructs.calls, set[str]()
-
-        def visit(name: str, trail: list[str]) -> None:
-            if name in trail:
-                cycle = " -> ".join([*trail[trail.index(name) :], name])
-                told = f"performs itself without end: {cycle}; use RepeatUntil or RepeatWhile"
-                self._constructs.problem("KB210", name, told)
-            elif name not in done:
-                for callee in calls.get(name, ()):
-                    visit(callee, [*trail, name])
-                done.add(name)
-
-        for name in sorted(calls):
-            visit(name, [])
 
 
 def _preconditions(facts: list[Term]) -> dict[str, list[Term]]:

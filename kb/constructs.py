@@ -24,7 +24,7 @@ from collections.abc import Mapping
 
 from kb.conditions import Conditions
 from kb.ontology import Ontology
-from kb.processes import Parameter, Process, Role
+from kb.processes import Parameter, Process, Role, realizing
 from kb.scope import FRAME, Reader, Scope, variable
 from kb.terms import Struct, Term, render, struct
 from kb.vocabulary import Kind, Property
@@ -83,13 +83,13 @@ class Constructs(Reader):
         def variables() -> list[Term]:
             return [struct("-", variable(p), p.kind) for p in scope.over(entity)]
 
-        match self._construct_kind(entity):
+        match self.construct_kind(entity):
             case Kind.SEQUENCE:
-                return self._sequence(scope, self._in_order(entity))
+                return self._sequence(scope, self.in_order(entity))
             case Kind.SPLIT | Kind.SPLIT_JOIN:
                 return struct("conc", steps())
             case Kind.PRIORITIZED:
-                return struct("pconc", [self._construct(scope, step) for step in self._in_order(entity)])
+                return struct("pconc", [self._construct(scope, step) for step in self.in_order(entity)])
             case Kind.ANY_ORDER:
                 return struct("any_order", scope.frame, entity, steps())
             case Kind.CHOICE:
@@ -131,7 +131,8 @@ class Constructs(Reader):
                 self.problem("KB107", entity, "is not a control construct that we know")
                 return []
 
-    def _construct_kind(self, entity: str) -> Kind | None:
+    def construct_kind(self, entity: str) -> Kind | None:
+        """Which control construct it is."""
         kinds = self._ontology.kinds.get(entity, frozenset())
         return next((k for k in _CONSTRUCTS if k in kinds), None)
 
@@ -149,10 +150,12 @@ class Constructs(Reader):
         self._repeating[scope.process.name, render(term)] = entity
         return term
 
-    def _in_order(self, entity: str) -> list[str]:
+    def in_order(self, entity: str) -> list[str]:
+        """The steps of a construct by their numbers."""
+
         def number(step: str) -> tuple[float, str]:
             value = self._ontology.value(Property.STEP_NUMBER, step)
-            return (float(value) if isinstance(value, int | float) else 0.0, step)
+            return value if isinstance(value, int | float) else 0, step
 
         return sorted(self.parts(entity, Property.HAS_STEP), key=number)
 
@@ -242,17 +245,13 @@ class Constructs(Reader):
         return other in self._ontology.superclasses.get(kind, {kind})
 
     def _choice_of_recipes(self, task: Process) -> Term:
-        realizing = [
-            p
-            for name, p in sorted(self._processes.items())
-            if task.name in self._realized_by(name) and self._ontology.value(Property.RETIRED, name) is not True
-        ]
-        if not realizing:
+        recipes = [self._processes[name] for name in realizing(self._ontology, task.name)]
+        if not recipes:
             told = "is a task type that no process realizes (retired ones do not count)"
             told += "; let a CompositeProcess or AtomicProcess 'realizes' it"
             self.problem("KB130", task.name, told)
         calls: list[Term] = []
-        for recipe in realizing:
+        for recipe in recipes:
             self._refuse_unfit(task, recipe)
             self.calls.setdefault(task.name, []).append(recipe.name)
             given: list[Term] = [
@@ -263,9 +262,6 @@ class Constructs(Reader):
             ]
             calls.append(struct("call", FRAME, recipe.name, _bound(recipe, given)))
         return struct("choice", FRAME, "recipe", calls)
-
-    def _realized_by(self, process: str) -> list[str]:
-        return self.parts(process, Property.REALIZES)
 
     def _refuse_unfit(self, task: Process, recipe: Process) -> None:
         """What a task type is given, each recipe must be able to take; what it promises, to make."""

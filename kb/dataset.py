@@ -2,104 +2,97 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 
-from rdflib import RDF, RDFS, BNode, Literal, URIRef
-from rdflib.term import Node
+import pyoxigraph as ox
+from rdflib import RDF, RDFS, Literal, URIRef
 
 from kb.entities import Entities, Role, Sort
-from kb.ontology import Value
-from kb.store import Snapshot
+from kb.ontology import Ontology, Value
 
 GRAPHS = "http://example.org/concertmaster/graph#"
 INFERRED, TOLD = GRAPHS + "inferred", GRAPHS + "told"
 
-_ESCAPED = str.maketrans({"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r"})
-_Triple = tuple[Node, Node, Node]
+_TYPE, _SUBCLASS_OF = f"<{RDF.type}>", f"<{RDFS.subClassOf}>"
 
 
-def dataset(snapshot: Snapshot) -> dict[str, str]:
-    """All graphs by IRI: one for each file, INFERRED, TOLD; the default graph, all that is so now, by the empty IRI."""
-    ontology = snapshot.ontology
-    names = Entities(ontology)
-    told: set[_Triple] = set()
-    for (prop, subject), value in snapshot.fluents.items():
-        node, relation = _iri(names, subject, Role.INDIVIDUAL), _iri(names, prop, Role.PROPERTY)
-        if node is not None and relation is not None and value != ontology.value(prop, subject):
-            told.add((node, relation, _node(names, prop, value)))
-    changed = {(s, p) for s, p, _ in told}
-    stated = {file.iri: set(file.graph) for file in ontology.files.files}
-    now = {t for triples in stated.values() for t in triples if (t[0], t[1]) not in changed} | told
-    numbers = {
-        (s, p, o.toPython()) for s, p, o in now if isinstance(o, Literal) and isinstance(o.toPython(), int | float)
-    }
-    inferred = set()
-    for s, p, o in _inferred(snapshot, names):
-        # A number may be stated with another datatype than the one that it would get here.
-        is_stated = (s, p, o) in now or (isinstance(o, Literal) and (s, p, o.toPython()) in numbers)
-        if not is_stated and (s, p) not in changed:
-            inferred.add((s, p, o))
-    return {
-        "": _n_triples(now | inferred),
-        INFERRED: _n_triples(inferred),
-        TOLD: _n_triples(told),
-        **{iri: _n_triples(triples) for iri, triples in stated.items()},
-    }
+def dataset(ontology: Ontology, fluents: Mapping[tuple[str, str], Value]) -> dict[str, bytes]:
+    """All graphs by IRI: one for each file, INFERRED, TOLD; the default graph, all that is so now, by the empty IRI.
+
+    Args:
+        fluents: The present value of what changes, by (property, individual); of all else, files tell.
+    """
+    terms = _Terms(ontology)
+    told = []
+    for (prop, individual), value in sorted(fluents.items(), key=lambda fluent: fluent[0]):
+        node, relation = terms.name(individual, Role.INDIVIDUAL), terms.name(prop, Role.PROPERTY)
+        if node and relation and value != ontology.value(prop, individual):
+            told.append(f"{node} {relation} {terms.value(prop, value)} .")
+    changed = set(map(_subject_and_predicate, told))
+    stated = {f.iri: ox.serialize(f.triples, format=ox.RdfFormat.N_TRIPLES) or b"" for f in ontology.files.files}
+    lines = [line for graph in stated.values() for line in graph.decode().split("\n") if line]
+    follows = set(_following(ontology, terms)).difference(lines)
+    inferred = sorted(line for line in follows if _subject_and_predicate(line) not in changed)
+    now = [line for line in lines if _subject_and_predicate(line) not in changed]
+    return {"": _text([*now, *inferred, *told]), INFERRED: _text(inferred), TOLD: _text(told), **stated}
 
 
-def _inferred(snapshot: Snapshot, names: Entities) -> Iterator[_Triple]:
+class _Terms:
+    """Names and values as N-Triples write them; a name is in many triples."""
+
+    def __init__(self, ontology: Ontology) -> None:
+        self._entities = Entities(ontology)
+        self.name = cache(self._name)
+        self.is_of_sort = cache(self._is_of_sort)
+
+    def value(self, prop: str, value: Value) -> str:
+        if isinstance(value, str) and self.is_of_sort(prop, Sort.OBJECT_PROPERTY):
+            return self.name(value, Role.INDIVIDUAL) or str(ox.Literal(value))
+        return str(ox.Literal(value))
+
+    def _name(self, name: str, role: Role) -> str:
+        key = self._entities.key(name, role)
+        return "" if key is None else f"<{self._entities.iri(key)}>"
+
+    def _is_of_sort(self, prop: str, sort: Sort) -> bool:
+        key = self._entities.key(prop, Role.PROPERTY)
+        return key is not None and self._entities.sort(key) is sort
+
+
+def _following(ontology: Ontology, terms: _Terms) -> Iterator[str]:
     """Classes of individuals and classes, and closed values; some of it is stated too."""
-    ontology = snapshot.ontology
     for kinds, predicate, role in (
-        (ontology.kinds, RDF.type, Role.INDIVIDUAL),
-        (ontology.superclasses, RDFS.subClassOf, Role.CLASS),
+        (ontology.kinds, _TYPE, Role.INDIVIDUAL),
+        (ontology.superclasses, _SUBCLASS_OF, Role.CLASS),
     ):
         for name, above in kinds.items():
-            node = _iri(names, name, role)
+            node = terms.name(name, role)
             for kind in above - {name} if role is Role.CLASS else above:
-                higher = _iri(names, kind, Role.CLASS)
-                if node is not None and higher is not None:
-                    yield node, predicate, higher
-    for prop, subject, value in ontology.all_values():
-        node, relation = _iri(names, subject, Role.INDIVIDUAL), _iri(names, prop, Role.PROPERTY)
-        if node is not None and relation is not None and _sort(names, prop) is not Sort.ANNOTATION_PROPERTY:
-            literals = ontology.graph.objects(node, relation) if isinstance(value, str) else ()
-            # Of a text, the datatype or language is not known here: it is stated.
-            if not any(isinstance(o, Literal) and str(o) == value for o in literals):
-                yield node, relation, _node(names, prop, value)
+                higher = terms.name(kind, Role.CLASS)
+                if node and higher:
+                    yield f"{node} {predicate} {higher} ."
+    for prop, individual, value in ontology.all_values():
+        node, relation = terms.name(individual, Role.INDIVIDUAL), terms.name(prop, Role.PROPERTY)
+        if not node or not relation or terms.is_of_sort(prop, Sort.ANNOTATION_PROPERTY):
+            continue
+        is_link = isinstance(value, str) and terms.is_of_sort(prop, Sort.OBJECT_PROPERTY)
+        if is_link or not _is_stated(ontology, node, relation, value):
+            yield f"{node} {relation} {terms.value(prop, value)} ."
 
 
-def _iri(names: Entities, name: str, role: Role) -> URIRef | None:
-    key = names.key(name, role)
-    return None if key is None else URIRef(names.iri(key))
+def _is_stated(ontology: Ontology, node: str, relation: str, value: Value) -> bool:
+    """Whether files state a literal, with whatever datatype or language: that is not known any more."""
+    stated = ontology.graph.objects(URIRef(node[1:-1]), URIRef(relation[1:-1]))
+    return any(
+        str(o) == value if isinstance(value, str) else o.toPython() == value for o in stated if isinstance(o, Literal)
+    )
 
 
-def _sort(names: Entities, prop: str) -> Sort | None:
-    key = names.key(prop, Role.PROPERTY)
-    return None if key is None else names.sort(key)
+def _subject_and_predicate(line: str) -> tuple[str, str]:
+    subject, predicate, _ = line.split(" ", 2)
+    return subject, predicate
 
 
-def _node(names: Entities, prop: str, value: Value) -> Node:
-    if isinstance(value, str) and _sort(names, prop) is Sort.OBJECT_PROPERTY:
-        return _iri(names, value, Role.INDIVIDUAL) or Literal(value)
-    return Literal(value)
-
-
-def _n_triples(triples: set[_Triple]) -> str:
-    """Sorted lines: written here because rdflib's writer takes ten times as long."""
-    written = cache(_written)
-    return "".join(sorted(f"{written(s)} {written(p)} {written(o)} .\n" for s, p, o in triples))
-
-
-def _written(node: Node) -> str:
-    match node:
-        case Literal():
-            text = f'"{str(node).translate(_ESCAPED)}"'
-            if node.language:
-                return f"{text}@{node.language}"
-            return f"{text}^^<{node.datatype}>" if node.datatype else text
-        case BNode():
-            return f"_:{node}"
-        case _:
-            return f"<{node}>"
+def _text(lines: list[str]) -> bytes:
+    return "".join(f"{line}\n" for line in lines).encode()

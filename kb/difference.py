@@ -7,7 +7,7 @@ compared by what they say, whatever their blank nodes are called.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any, TypeAlias
@@ -180,7 +180,7 @@ _Described: TypeAlias = Mapping[str, frozenset[tuple[str, str]]]
 
 
 def _entities(old: Revision, new: Revision) -> Iterator[EntityChange]:
-    before, after = _by_file(old), _by_file(new)
+    before, after = _by_file(old, new), _by_file(new, old)
     for name in sorted(before.keys() | after.keys()):
         was, now = before.get(name, (Graph(), {})), after.get(name, (Graph(), {}))
         for entity in sorted(was[1].keys() | now[1].keys()):
@@ -205,9 +205,13 @@ def _entities(old: Revision, new: Revision) -> Iterator[EntityChange]:
             yield EntityChange(file=name, sort=sort, entity=local_name(entity), change=change, values=values)
 
 
-def _by_file(revision: Revision) -> dict[str, tuple[Graph, _Described]]:
+def _by_file(revision: Revision, other: Revision) -> dict[str, tuple[Graph, _Described]]:
+    """What the files of a revision describe, but for those that are the same in the other one."""
     described: dict[str, tuple[Graph, _Described]] = {}
+    same = {(within(f.path, other.folder), f.content) for f in other.ontology.files.files}
     for file in revision.ontology.files.files:
+        if (within(file.path, revision.folder), file.content) in same:
+            continue
         graph, found = file.graph, dict[str, set[tuple[str, str]]]()
         inner = {o for o in graph.objects() if isinstance(o, BNode)}
         for subject, prop, value in graph:
@@ -269,13 +273,21 @@ def _text(graph: Graph, node: Node) -> str:
 def _facts_apart(old: Revision, new: Revision) -> tuple[list[Struct], list[Struct]]:
     """Facts that only the old revision has, and those that only the new one has; without their revisions, in order."""
     before, after = _plain(old), _plain(new)
-    gone = [before[text] for text in sorted(before.keys() - after.keys())]
-    return gone, [after[text] for text in sorted(after.keys() - before.keys())]
+    gone = [before[key] for key in before.keys() - after.keys()]
+    come = [after[key] for key in after.keys() - before.keys()]
+    return sorted(gone, key=render), sorted(come, key=render)
 
 
-def _plain(revision: Revision) -> dict[str, Struct]:
+def _plain(revision: Revision) -> dict[Hashable, Struct]:
+    """The facts without their revision, by what tells them apart."""
     plain = [Struct(f.functor, f.args[1:]) for f in revision.facts if isinstance(f, Struct)]
-    return {render(fact): fact for fact in plain}
+    return {_told_apart(fact): fact for fact in plain}
+
+
+def _told_apart(fact: Struct) -> Hashable:
+    if fact.functor in _OF_INDIVIDUALS:  # most are such, and flat
+        return fact.functor, fact.args, tuple(map(type, fact.args))
+    return render(fact)
 
 
 _OF_INDIVIDUALS = frozenset({"kind", "value", "fluent"})

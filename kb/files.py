@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import hashlib
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -12,8 +13,8 @@ from pathlib import Path
 from pyoxigraph import Triple
 from rdflib import OWL, RDF, Graph, URIRef
 
-from kb.parsing import header_iri, parse, read_bytes
-from kb.problems import OntologyRejected, Problem
+from kb.parsing import Header, parse, read_bytes, read_header
+from kb.problems import OntologyRejected, Problem, warn
 from kb.vocabulary import CORE_IRI
 
 SHIPPED = Path(__file__).resolve().parent / "ontologies"
@@ -99,9 +100,22 @@ class OntologyFiles:
         return self.files[-1]
 
     def problem(self, code: str, entity: str, message: str) -> Problem:
-        """A problem at the place where an entity is described."""
+        """A problem at the place where an entity, or the file itself, is described."""
         file = self.file_of(entity)
-        return Problem(code=code, file=file.path, line=file.line_of(entity), entity=local_name(entity), message=message)
+        name = "" if entity == file.iri else local_name(entity)
+        return Problem(code=code, file=file.path, line=file.line_of(entity), entity=name, message=message)
+
+
+class FilesRejected(OntologyRejected):
+    """Not all files of a site can be read.
+
+    Attributes:
+        files: Those that can.
+    """
+
+    def __init__(self, problems: Sequence[Problem], files: OntologyFiles) -> None:
+        super().__init__(problems)
+        self.files = files
 
 
 def local_name(iri: str) -> str:
@@ -115,9 +129,11 @@ def read_files(path: Path, folder: Path) -> OntologyFiles:
     Files may import each other.
 
     Raises:
-        OntologyRejected: A file does not parse, or an import has no file or two.
+        FilesRejected: A file does not parse, or an import has no file or two.
     """
-    index = _index(folder, path)
+    headers = _headers(folder, path)
+    index = _by_iri(headers)
+    nameless = [p for p in _owl_files(folder) if p not in headers]
     parsed: dict[str, OntologyFile] = {}
     problems: list[Problem] = []
     in_order: list[OntologyFile] = []
@@ -129,12 +145,18 @@ def read_files(path: Path, folder: Path) -> OntologyFiles:
         except OntologyRejected as rejected:
             problems.extend(rejected.problems)
             refused.add(current)
+            # What else does not parse is told at once; what this one lacks, when it can be read.
+            for imported in _imports(headers, current) or ():
+                for other in index.get(imported, ()):
+                    if imported not in parsed and other not in refused:
+                        visit(other)
             return
         parsed[file.iri] = file
         for imported in sorted(str(o) for o in file.graph.objects(URIRef(file.iri), OWL.imports)):
             if imported in parsed:
                 continue
-            paths = index.get(imported, [])
+            # What is called so, but has no IRI, was cut off perhaps: that it does not parse is what helps.
+            paths = index.get(imported) or [p for p in nameless if p.name == imported.rpartition("/")[2]]
             if len(paths) != 1:
                 problems.append(_import_problem(file, imported, index, folder))
             elif paths[0] not in refused:
@@ -142,9 +164,10 @@ def read_files(path: Path, folder: Path) -> OntologyFiles:
         in_order.append(file)
 
     visit(path)
+    files = OntologyFiles(files=tuple(in_order))
     if problems:
-        raise OntologyRejected(problems)
-    return OntologyFiles(files=tuple(in_order))
+        raise FilesRejected(problems, files)
+    return files
 
 
 def _read(path: Path) -> OntologyFile:
@@ -174,12 +197,56 @@ def _nearest(imported: str, index: dict[str, list[Path]]) -> str:
     return f"did you mean {near[0]}?" if near else "put it there"
 
 
-def _index(folder: Path, main: Path) -> dict[str, list[Path]]:
-    """Paths by ontology IRI, read from the files' headers; the shipped core where the folder has none."""
+def unused_files(folder: Path, mains: Sequence[Path]) -> list[Problem]:
+    """Ontology files of a folder that no site reads: a warning each (KB010); none while an import is not found.
+
+    Args:
+        mains: Where each site of the folder begins to be read.
+    """
+    headers = _headers(folder, *mains)
+    index = _by_iri(headers)
+    used, todo = set(mains), list(mains)
+    while todo:
+        imports = _imports(headers, todo.pop())
+        if imports is None or not set(imports) <= index.keys():
+            return []  # it would blame a file for an import that is misspelt, or cannot be read
+        found = {path for imported in imports for path in index[imported]} - used
+        used |= found
+        todo += found
+    told = "is imported by no site of the folder: nothing that it says holds; "
+    return [
+        warn(Problem(code="KB010", file=path, line=0, entity="", message=told + _remedy(headers.get(path))))
+        for path in _owl_files(folder)
+        if path not in used
+    ]
+
+
+def _remedy(header: Header | None) -> str:
+    if header is None:
+        return "it has no ontology IRI by which it could be: give it one, or move it away"
+    return f"import {header.iri} where it is needed, or move it away"
+
+
+def _imports(headers: Mapping[Path, Header], path: Path) -> tuple[str, ...] | None:
+    header = headers.get(path)
+    return None if header is None else header.imports
+
+
+def _owl_files(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.rglob("*.owl") if path.is_file())
+
+
+def _headers(folder: Path, *mains: Path) -> dict[Path, Header]:
+    """What files claim to be, as far as they claim anything; with the shipped core where the folder has none."""
+    core = SHIPPED / "core" / "core.owl"
+    found = {path: header for path in sorted({*_owl_files(folder), *mains}) if (header := read_header(path))}
+    if all(header.iri != CORE_IRI for header in found.values()):
+        found[core] = Header(iri=CORE_IRI, imports=())
+    return found
+
+
+def _by_iri(headers: Mapping[Path, Header]) -> dict[str, list[Path]]:
     index: dict[str, list[Path]] = {}
-    for path in sorted({*folder.rglob("*.owl"), main}):
-        iri = header_iri(path)
-        if iri is not None:
-            index.setdefault(iri, []).append(path)
-    index.setdefault(CORE_IRI, [SHIPPED / "core" / "core.owl"])
+    for path, header in headers.items():
+        index.setdefault(header.iri, []).append(path)
     return index

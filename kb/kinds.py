@@ -12,6 +12,7 @@ from rdflib import OWL, RDF, RDFS, XSD, BNode, Graph, Literal, URIRef
 from rdflib.collection import Collection
 from rdflib.term import Node
 
+from kb.closure import PROPERTY_SORTS
 from kb.files import OntologyFiles, local_name
 from kb.problems import Problem, warn
 from kb.vocabulary import CORE, Property
@@ -21,14 +22,46 @@ _FILLERS = (OWL.someValuesFrom, OWL.allValuesFrom, OWL.onClass)
 
 def check_kinds(files: OntologyFiles, graph: Graph) -> list[Problem]:
     """Entities that are not what they are used as; classless ones; labels; deprecated terms."""
-    individuals = {s for s in graph.subjects(RDF.type, OWL.NamedIndividual) if isinstance(s, URIRef)}
+    individuals = _individuals(graph)
     return [
-        *_fillers(files, graph, individuals),
+        *check_stated(files, graph),
         *_values(files, graph, individuals),
         *_classless(files, graph, individuals),
-        *_labels(files, graph),
         *_deprecated(files, graph),
     ]
+
+
+def check_stated(files: OntologyFiles, graph: Graph) -> list[Problem]:
+    """What is wrong by itself, whatever else may be stated."""
+    return [
+        *_misnamed(files, graph),
+        *_literal_classes(files, graph),
+        *_fillers(files, graph, _individuals(graph)),
+        *_labels(files, graph),
+    ]
+
+
+def _individuals(graph: Graph) -> set[URIRef]:
+    return {s for s in graph.subjects(RDF.type, OWL.NamedIndividual) if isinstance(s, URIRef)}
+
+
+def _misnamed(files: OntologyFiles, graph: Graph) -> Iterator[Problem]:
+    """Entities whose names the planner cannot tell from values: those of JSON, no place, and where a robot is now."""
+    sorts = (OWL.NamedIndividual, OWL.Class, *PROPERTY_SORTS)
+    for entity in sorted({e for sort in sorts for e in graph.subjects(RDF.type, sort) if isinstance(e, URIRef)}):
+        name = local_name(str(entity))
+        if name in ("true", "false", "null", "none", "here"):
+            told = f"is called {name}, which is something else in programs and plans; rename it"
+            yield files.problem("KB009", str(entity), told)
+
+
+def _literal_classes(files: OntologyFiles, graph: Graph) -> Iterator[Problem]:
+    """Texts where a class or property is to be named: `<rdf:type>Beer</rdf:type>`."""
+    for predicate in (RDF.type, RDFS.subClassOf, RDFS.subPropertyOf, RDFS.domain, RDFS.range):
+        for subject, value in graph.subject_objects(predicate):
+            if isinstance(value, Literal):
+                told = f"{local_name(predicate)} has the literal {str(value)!r} for a value; name it with rdf:resource"
+                yield files.problem("KB015", _owner(files, graph, subject), told)
 
 
 def _fillers(files: OntologyFiles, graph: Graph, individuals: set[URIRef]) -> Iterator[Problem]:
@@ -46,6 +79,8 @@ def _values(files: OntologyFiles, graph: Graph, individuals: set[URIRef]) -> Ite
     classes = set(graph.subjects(RDF.type, OWL.Class)) - individuals
     for sort, check in ((OWL.ObjectProperty, _thing), (OWL.DatatypeProperty, _literal)):
         for prop in sorted(graph.subjects(RDF.type, sort), key=str):
+            if str(prop).startswith("http://www.w3.org/"):
+                continue  # what files repeat of SWRL, which has anonymous atoms
             above = set(graph.transitive_objects(prop, RDFS.subPropertyOf))
             domains = [d for p in above for d in graph.objects(p, RDFS.domain)]
             ranges = [r for p in above for r in graph.objects(p, RDFS.range)]
@@ -80,7 +115,9 @@ def _thing(asserted: _Asserted, classes: set[Node], prop: Node, value: Node, ran
     elif value in classes:
         told = f"{name} has the class {local_name(str(value))} for a value; name an individual, one of that class"
         yield "KB015", None, told
-    elif isinstance(value, URIRef):
+    elif isinstance(value, BNode):
+        yield "KB015", None, f"{name} has an individual without a name for a value; give it one (rdf:about)"
+    else:
         for kind in ranges:
             if not asserted.belongs(value, kind):
                 wanted = local_name(str(kind))
@@ -95,12 +132,17 @@ def _literal(asserted: _Asserted, classes: set[Node], prop: Node, value: Node, r
         told = f"{name} has {local_name(str(value))} for a value; give a literal, such as a number or a text"
         yield "KB015", None, told
         return
-    stated = value.datatype or XSD.string
     wanted = [r for r in ranges if isinstance(r, URIRef) and r.startswith(str(XSD))]
-    if wanted and stated not in wanted:
-        right, wrong = local_name(str(wanted[0])), local_name(str(stated))
-        told = f"{name} is of xsd:{right}, but {str(value)!r} is of xsd:{wrong}; give it the right datatype"
-        yield "KB016", None, told
+    if not wanted:
+        return
+    right = local_name(str(wanted[0]))
+    if value.language:
+        told = f"is in the language {value.language!r}; remove the language"
+    elif (stated := value.datatype or XSD.string) not in wanted:
+        told = f"is of xsd:{local_name(str(stated))}; choose xsd:{right} as its datatype"
+    else:
+        return
+    yield "KB016", None, f"{name} is of xsd:{right}, but {str(value)!r} {told}"
 
 
 def _misused(files: OntologyFiles, subject: Node, prop: Node, domain: Node) -> Problem:
@@ -113,10 +155,14 @@ def _misused(files: OntologyFiles, subject: Node, prop: Node, domain: Node) -> P
 
 def described(graph: Graph, node: Node) -> str:
     """IRI of a node; of an anonymous one (a restriction, a list), that of the entity it describes; empty if of none."""
-    above: Node | None = node
-    while isinstance(above, BNode):
-        above = next(iter(sorted(graph.subjects(None, above), key=str)), None)
-    return "" if above is None else str(above)
+    todo, seen = [node], {node}
+    for above in todo:
+        if not isinstance(above, BNode):
+            return str(above)
+        users = set(graph.subjects(None, above)) - seen
+        seen |= users
+        todo += sorted(users, key=lambda user: (isinstance(user, BNode), str(user)))
+    return ""
 
 
 def _owner(files: OntologyFiles, graph: Graph, node: Node) -> str:

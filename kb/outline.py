@@ -11,7 +11,7 @@ from rdflib import RDFS
 from kb.constructs import Constructs
 from kb.entities import text_of
 from kb.ontology import Ontology
-from kb.processes import Parameter, Process, Role
+from kb.processes import Parameter, Process, Role, realizing
 from kb.scope import Scope
 from kb.store import Snapshot
 from kb.vocabulary import Kind, Property
@@ -116,20 +116,17 @@ class _Reader:
         if comment:
             yield comment
         scope, names = self._constructs.scope(process), variable_names(process)
-        for entity in self._names(Property.HAS_PRECONDITION, process.name):
+        for entity in self._constructs.parts(process.name, Property.HAS_PRECONDITION):
             yield f"before: {condition_text(self._constructs.condition(scope, entity), names)}"
-        for entity in self._names(Property.HAS_EFFECT, process.name):
-            prop, subject = self._name(Property.OF_PROPERTY, entity), condition_text(scope.subject(entity), names)
-            yield f"after: {prop}({subject}) = {condition_text(scope.object(entity), names)}"
+        for entity in self._constructs.parts(process.name, Property.HAS_EFFECT):
+            prop = self._constructs.part(entity, Property.OF_PROPERTY)
+            subject, value = (condition_text(term, names) for term in (scope.subject(entity), scope.object(entity)))
+            yield f"after: {prop}({subject}) = {value}"
 
     def inside(self, process: Process, trail: tuple[str, ...]) -> Step | None:
         """What a process consists of; None for a primitive action."""
         if self._ontology.is_a(process.name, Kind.SIMPLE_PROCESS):
-            recipes = [
-                other
-                for name, other in sorted(self._snapshot.processes.items())
-                if process.name in self._names(Property.REALIZES, name)
-            ]
+            recipes = [self._snapshot.processes[name] for name in realizing(self._ontology, process.name)]
             given, made = _own(process.inputs), _own(process.outputs)
             parts = tuple(Part(label="", step=self.performed(r, given, made, trail)) for r in recipes)
             return Step(kind=Kind.CHOICE, text="one of the recipes", parts=parts)
@@ -158,28 +155,28 @@ class _Reader:
         )
 
     def _construct(self, process: Process, scope: Scope, entity: str, trail: tuple[str, ...]) -> Step:
-        kind = next((k for k in Kind if k in _CONSTRUCTS and self._ontology.is_a(entity, k)), Kind.PERFORM)
+        kind = self._constructs.construct_kind(entity)
+        assert kind is not None, entity  # else it would not have compiled
         if kind is Kind.PERFORM:
             return self._perform(process, entity, trail)
-        over = [p for p in process.parameters if p.entity in self._names(Property.OVER_PARAMETER, entity)]
+        over = [p for p in process.parameters if p.entity in self._constructs.parts(entity, Property.OVER_PARAMETER)]
         within = scope.binding(entity) if over else scope
 
         def part(prop: Property, label: str = "") -> list[Part]:
             return [
                 Part(label=label, step=self._construct(process, within, step, trail))
-                for step in self._names(prop, entity)
+                for step in self._constructs.parts(entity, prop)
             ]
 
         if kind is Kind.IF_THEN_ELSE:
             parts = [*part(Property.THEN_STEP, "yes"), *part(Property.ELSE_STEP, "no")]
         elif kind in (Kind.SEQUENCE, Kind.PRIORITIZED):
-            steps = sorted(self._names(Property.HAS_STEP, entity), key=self._place)
             parts = [
                 Part(
                     label=str(number) if kind is Kind.PRIORITIZED else "",
                     step=self._construct(process, within, step, trail),
                 )
-                for number, step in enumerate(steps, start=1)
+                for number, step in enumerate(self._constructs.in_order(entity), start=1)
             ]
         else:
             parts = part(Property.HAS_STEP)
@@ -217,18 +214,18 @@ class _Reader:
                 return condition
 
     def _perform(self, process: Process, entity: str, trail: tuple[str, ...]) -> Step:
-        callee = self._snapshot.processes[self._name(Property.PERFORMS, entity)]
+        callee = self._snapshot.processes[self._constructs.part(entity, Property.PERFORMS)]
         names = {p.entity: p.name for p in process.parameters}
         sources: dict[str, str] = {}
-        for binding in self._names(Property.HAS_BINDING, entity):
-            constant = self._constructs.literal(binding)
-            source = names.get(self._name(Property.FROM_PARAMETER, binding), "")
-            if constant is not None:
-                source = condition_text(constant)
+        for binding in self._constructs.parts(entity, Property.HAS_BINDING):
+            source = names.get(self._constructs.part(binding, Property.FROM_PARAMETER), "")
+            for constant in (Property.HAS_VALUE, Property.FROM_INDIVIDUAL):
+                value = self._ontology.value(constant, binding)
+                source = source if value is None else condition_text(value)
             of_property = self._ontology.value(Property.OF_PROPERTY, binding)
             if of_property is not None:
                 source = f"{of_property}({source})"
-            sources[self._name(Property.TO_PARAMETER, binding)] = source
+            sources[self._constructs.part(binding, Property.TO_PARAMETER)] = source
 
         def told(parameter: Parameter) -> str:
             source = sources.get(parameter.entity, parameter.name)
@@ -236,38 +233,6 @@ class _Reader:
             return parameter.name if source == parameter.name else f"{parameter.name} {arrow} {source}"
 
         return self.performed(callee, tuple(map(told, callee.inputs)), tuple(map(told, callee.outputs)), trail)
-
-    def _place(self, step: str) -> tuple[float, str]:
-        number = self._ontology.value(Property.STEP_NUMBER, step)
-        return (float(number) if isinstance(number, int | float) else 0.0, step)
-
-    def _names(self, prop: Property, entity: str) -> list[str]:
-        return [str(v) for v in self._ontology.values(prop, entity)]
-
-    def _name(self, prop: Property, entity: str) -> str:
-        return str(self._ontology.value(prop, entity))
-
-
-_CONSTRUCTS = frozenset(
-    {
-        Kind.SEQUENCE,
-        Kind.SPLIT,
-        Kind.SPLIT_JOIN,
-        Kind.PRIORITIZED,
-        Kind.ANY_ORDER,
-        Kind.CHOICE,
-        Kind.IF_THEN_ELSE,
-        Kind.REPEAT_WHILE,
-        Kind.REPEAT_UNTIL,
-        Kind.ITERATE,
-        Kind.INTERRUPT,
-        Kind.FOR_EACH,
-        Kind.PICK,
-        Kind.AWAIT,
-        Kind.LOOKAHEAD,
-        Kind.DEADLINE,
-    }
-)
 
 
 def _own(parameters: tuple[Parameter, ...]) -> tuple[str, ...]:

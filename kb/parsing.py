@@ -7,7 +7,10 @@ pyoxigraph makes the triples, 20 times as fast as rdflib; for it, other encoding
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import re
+import warnings
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,7 +19,7 @@ from xml.parsers import expat
 
 import pyoxigraph
 from pyoxigraph import RdfFormat, Triple
-from rdflib import OWL, RDF, BNode, Graph, Literal, URIRef
+from rdflib import OWL, RDF, XSD, BNode, Graph, Literal, URIRef
 
 from kb.problems import OntologyRejected, Problem
 
@@ -28,7 +31,7 @@ _HEAD_BYTES = 65_536
 _XSD_STRING = "http://www.w3.org/2001/XMLSchema#string"
 _ADVICE = "in Protégé choose File > Save as > RDF/XML Syntax"
 _BASE = "http://www.w3.org/XML/1998/namespacebase"  # as expat joins the two
-_ABOUT, _ID = f"{RDF}about", f"{RDF}ID"
+_ABOUT, _ID, _RESOURCE = f"{RDF}about", f"{RDF}ID", f"{RDF}resource"
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 _SINGLE_QUOTED = re.compile(rb"(<!ENTITY\s+[^\s>]+\s+)'([^'\"<>]*)'")
 _OTHER_SYNTAXES = (
@@ -62,17 +65,33 @@ class ParsedFile:
     lines: dict[str, int] = field(repr=False)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Header:
+    """What a file claims to be.
+
+    Attributes:
+        iri: Of the ontology.
+        imports: IRIs, in the order of the file; None where they cannot be told, as it does not parse so far.
+    """
+
+    iri: str
+    imports: tuple[str, ...] | None
+
+
 def read_bytes(path: Path) -> bytes:
     """The content of a file of sensible size.
 
     Raises:
-        OntologyRejected: It is too large (KB005).
+        OntologyRejected: It cannot be read (KB001), or is too large (KB005).
     """
-    size = path.stat().st_size
-    if size > MAX_BYTES:
-        told = f"has {size / 1e6:.0f} MB, and at most {MAX_BYTES / 1e6:.0f} are read; put data into files of their own"
-        raise OntologyRejected([_problem("KB005", path, 0, told)])
-    return path.read_bytes()
+    try:
+        size = path.stat().st_size
+        if size <= MAX_BYTES:
+            return path.read_bytes()
+    except OSError as error:
+        raise OntologyRejected([_problem("KB001", path, 0, f"cannot be read: {error.strerror}")]) from error
+    told = f"has {size / 1e6:.0f} MB, and at most {MAX_BYTES / 1e6:.0f} are read; put data into files of their own"
+    raise OntologyRejected([_problem("KB005", path, 0, told)])
 
 
 def parse(path: Path, content: bytes) -> ParsedFile:
@@ -108,23 +127,33 @@ def parse(path: Path, content: bytes) -> ParsedFile:
     return ParsedFile(iri=iris[0], triples=triples, graph=graph, lines=scan.lines)
 
 
-def header_iri(path: Path) -> str | None:
-    """The ontology IRI that a file claims in its first 64 KB; other syntaxes too, so that they are refused later."""
-    with path.open("rb") as stream:
-        head = stream.read(_HEAD_BYTES)
-    scan = _Scan(path.resolve().as_uri(), only_header=True)
+def read_header(path: Path) -> Header | None:
+    """What a file claims in its first 64 KB; in other syntaxes too, so that it is refused later; None if nothing."""
     try:
-        scan.run(head, whole=False)
-    except _HeaderRead:
-        return scan.ontology
-    except (_Foreign, _NotPlain, expat.ExpatError, ValueError, LookupError):
-        pass
-    found = _OTHER_HEADERS.search(head.decode("utf-8", errors="replace"))
-    return next(filter(None, found.groups())) if found else scan.ontology
+        with path.open("rb") as stream:
+            head = stream.read(_HEAD_BYTES)
+    except OSError:
+        return None
+    scan = _Scan(path.resolve().as_uri(), only_header=True)
+    with contextlib.suppress(_Foreign, _NotPlain, expat.ExpatError, ValueError, LookupError):
+        try:
+            scan.run(head, whole=False)
+        except _HeaderRead:
+            return Header(iri=scan.ontology, imports=tuple(scan.imports)) if scan.ontology else None
+    found = None if scan.ontology else _OTHER_HEADERS.search(head.decode("utf-8", errors="replace"))
+    iri = next(filter(None, found.groups())) if found else scan.ontology
+    return Header(iri=iri, imports=None) if iri else None
+
+
+def header_iri(path: Path) -> str | None:
+    """The ontology IRI that a file claims."""
+    header = read_header(path)
+    return None if header is None else header.iri
 
 
 def as_graph(triples: Iterable[Triple]) -> Graph:
     """The same triples in rdflib, each term made once."""
+    logging.getLogger("rdflib.term").addFilter(_is_news)
     known: dict[object, URIRef | BNode | Literal] = {}
     graph = Graph("SimpleMemory")  # without contexts it takes half the time
     add = graph.store.add
@@ -150,10 +179,23 @@ def _in_rdflib(node: object) -> URIRef | BNode | Literal:
             if node.language:
                 return Literal(node.value, lang=node.language)
             # A plain literal is an xsd:string (RDF 1.1); rdflib would take the two for different values.
-            datatype = None if node.datatype.value == _XSD_STRING else URIRef(node.datatype.value)
-            return Literal(node.value, datatype=datatype)
+            return _typed(node.value, None if node.datatype.value == _XSD_STRING else URIRef(node.datatype.value))
         case _:
             raise ValueError(f"is RDF-star, which OWL has not: {node}")
+
+
+def _typed(text: str, datatype: URIRef | None) -> Literal:
+    """A literal; where it is no value of its datatype, as it was written."""
+    if datatype == XSD.boolean and text not in ("true", "false", "1", "0"):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # rdflib's, which it gives before it takes `yes` for `false`
+            return Literal(text, datatype=datatype, normalize=False)
+    return Literal(text, datatype=datatype)
+
+
+def _is_news(record: logging.LogRecord) -> bool:
+    """Not what rdflib logs, with a traceback, of a value that is none of its datatype: of that, KB012 tells."""
+    return not str(record.msg).startswith("Failed to convert Literal lexical form")
 
 
 class _Foreign(Exception):
@@ -165,7 +207,7 @@ class _NotPlain(Exception):
 
 
 class _HeaderRead(Exception):
-    """The element that names the ontology has been read."""
+    """The element that names the ontology, and what that imports, has been read."""
 
 
 class _Scan:
@@ -173,17 +215,19 @@ class _Scan:
 
     def __init__(self, base: str, *, only_header: bool = False) -> None:
         self.ontology: str | None = None
+        self.imports: list[str] = []
         self.lines: dict[str, int] = {}
         self.encoding: str | None = None
         """Where it is not UTF-8."""
         self.base = self._base = base
-        self._only_header = only_header
         self._root_seen = False
         self._xml = expat.ParserCreate(namespace_separator="")
         self._xml.buffer_text = True
         self._xml.XmlDeclHandler = self._declaration
         self._xml.EntityDeclHandler = self._entity
         self._xml.StartElementHandler = self._start
+        if only_header:
+            self._xml.EndElementHandler = self._end
 
     @property
     def line(self) -> int:
@@ -219,6 +263,8 @@ class _Scan:
             if name != f"{RDF}RDF":
                 raise _Foreign(_foreign_root(name))
         self._base = attributes.get(_BASE, self._base)
+        if name == f"{OWL}imports":
+            self.imports.append(attributes.get(_RESOURCE, ""))
         about = attributes.get(_ABOUT)
         if about is None:
             identifier = attributes.get(_ID)
@@ -229,8 +275,10 @@ class _Scan:
         self.lines.setdefault(iri, self._xml.CurrentLineNumber)
         if self.ontology is None and name == f"{OWL}Ontology":
             self.ontology = iri
-            if self._only_header:
-                raise _HeaderRead
+
+    def _end(self, name: str) -> None:
+        if name == f"{OWL}Ontology":
+            raise _HeaderRead
 
 
 def _foreign_root(name: str) -> str:

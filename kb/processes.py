@@ -102,6 +102,16 @@ def read_processes(ontology: Ontology) -> dict[str, Process]:
     return processes
 
 
+def realizing(ontology: Ontology, task: str) -> list[str]:
+    """The processes that accomplish a task type, by name; not those that are retired."""
+    kinds = (Kind.ATOMIC_PROCESS, Kind.COMPOSITE_PROCESS, Kind.SIMPLE_PROCESS)
+    return [
+        name
+        for name in sorted({name for kind in kinds for name in ontology.individuals(kind)})
+        if task in ontology.values(Property.REALIZES, name) and ontology.value(Property.RETIRED, name) is not True
+    ]
+
+
 def _parameters(ontology: Ontology, process: str) -> tuple[Parameter, ...]:
     found: list[tuple[int, Parameter]] = []
     for prop, role in (

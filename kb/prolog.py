@@ -83,6 +83,7 @@ class _Engine:
             ctypes.POINTER(ctypes.c_char_p),
             ctypes.c_uint,
         ]
+        self._lib.PL_put_term_from_chars.argtypes = [core.term_t, ctypes.c_int, ctypes.c_size_t, ctypes.c_char_p]
         self._text_flags = core.CVT_STRING | core.CVT_ATOM | core.REP_UTF8
         self._query_flags = core.PL_Q_NODEBUG | core.PL_Q_CATCH_EXCEPTION
         self._loaded: set[str] = set()
@@ -139,7 +140,9 @@ class _Engine:
         frame = core.PL_open_foreign_frame()
         try:
             term = core.PL_new_term_ref()
-            if not core.PL_chars_to_term(goal.encode(), term) or not core.PL_call(term, None):
+            data = goal.encode()  # PL_chars_to_term would take it for Latin-1
+            read = self._lib.PL_put_term_from_chars(term, core.REP_UTF8, len(data), data)
+            if not read or not core.PL_call(term, None):
                 raise InternalError(f"SWI-Prolog did not accept the goal {goal}")
         finally:
             core.PL_discard_foreign_frame(frame)

@@ -10,13 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 
 from kb.entities import Entities, Place, Role
 from kb.names import UnknownName
 from kb.ontology import Value
-from kb.processes import Process
+from kb.processes import Process, realizing
 from kb.readiness import Verdict, matrix, roles
-from kb.sparql import TIME_LIMIT_S, Answer, ask
+from kb.sparql import TIME_LIMIT_S, Answer, Endpoint
 from kb.store import Snapshot
 from kb.vocabulary import Kind, Property
 
@@ -131,11 +132,11 @@ class Questions:
         return sorted(n for n, p in self._snapshot.processes.items() if not any(i.is_datum for i in p.inputs))
 
     def recipes(self, task: str) -> list[str]:
-        """The processes that accomplish a task: those that realize a task type, else the process itself."""
+        """The processes that accomplish a task: those that realize a task type and are not retired, else itself."""
         process = self._process(task)
         if not self._ontology.is_a(process.name, Kind.SIMPLE_PROCESS):
             return [task]
-        return [n for n in sorted(self._snapshot.processes) if task in self._ontology.values(Property.REALIZES, n)]
+        return realizing(self._ontology, task)
 
     def robots_able(self, task: str, *, now: bool = False) -> list[str]:
         """The robots that can take part in a task; all robots where it needs none.
@@ -163,7 +164,11 @@ class Questions:
         Raises:
             kb.sparql.BadQuery: It is wrong, would change something, or takes too much.
         """
-        return ask(self._snapshot, query, time_limit_s=time_limit_s)
+        return self._endpoint.ask(query, time_limit_s=time_limit_s)
+
+    @cached_property
+    def _endpoint(self) -> Endpoint:
+        return Endpoint(self._ontology, self._snapshot.fluents)
 
     def _fact(self, prop: str, subject: str, value: Value) -> Fact:
         place = self._entities.stated(prop, subject, value)

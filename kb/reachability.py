@@ -16,6 +16,7 @@ from kb.files import local_name
 from kb.ontology import Ontology, fluent_properties
 from kb.problems import Problem, warn
 from kb.processes import Process, Role
+from kb.recursion import called
 from kb.terms import Struct, Term, Var, struct
 from kb.vocabulary import CORE, Kind, Property
 
@@ -72,8 +73,9 @@ class _Steps:
             yield "KB216", step, told
 
     def _ends(self, process: str) -> bool:
-        """Whether a process may end; of one that performs itself, which is refused, it is not asked."""
+        """Whether a process may end; where it performs itself, it is taken for granted that it does."""
         if process not in self._endless:
+            self._endless[process] = False
             body = self._bodies.get(process)
             self._endless[process] = body is not None and not self._walk(process, body, [])
         return not self._endless[process]
@@ -176,26 +178,12 @@ def _first_step(program: Term) -> str | None:
             return None
 
 
-def _calls(program: Term) -> Iterator[str]:
-    match program:
-        case Struct("call", (_, _, Struct(callee) | str(callee))):
-            yield callee
-        case Struct(_, arguments):
-            for argument in arguments:
-                yield from _calls(argument)
-        case list():
-            for part in program:
-                yield from _calls(part)
-        case _:
-            pass
-
-
 def _idle(processes: Mapping[str, Process], bodies: Mapping[str, Term]) -> _Found:
     """Processes that nobody can ask for, as they are given messages, and that nothing performs (KB217)."""
     todo = [name for name, process in processes.items() if not any(p.is_datum for p in process.inputs)]
     reached = set(todo)
     for name in todo:
-        new = set(_calls(bodies.get(name, []))) - reached
+        new = set(called(bodies.get(name, []))) - reached
         todo += sorted(new)
         reached |= new
     for name in sorted(set(processes) - reached):
@@ -250,7 +238,7 @@ def _beyond_robots(ontology: Ontology, requires: Mapping[str, list[str]], bodies
         name for name, asked in requires.items() if not any(o.issuperset(asked) for o in (robots | models).values())
     }
     for name in sorted(beyond):
-        if beyond.intersection(_calls(bodies.get(name, []))):
+        if beyond.intersection(set(called(bodies.get(name, []))) - {name}):
             continue
         asked = requires[name]
         lacking = "; ".join(

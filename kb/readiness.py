@@ -17,6 +17,7 @@ from kb.holding import held
 from kb.names import UnknownName
 from kb.ontology import Ontology
 from kb.processes import Parameter, Process, Role
+from kb.recursion import called
 from kb.scope import variable
 from kb.store import Snapshot
 from kb.terms import Struct, Term, Var
@@ -108,22 +109,24 @@ def readiness(snapshot: Snapshot, who: str, task: str) -> Readiness:
     Raises:
         UnknownName: There is no such robot and no such class of robots, or no such process.
     """
-    return _readiness(snapshot, Derivation(snapshot.ontology), who, task)
+    [found] = matrix(snapshot, [who], [task])
+    return found
 
 
 def matrix(snapshot: Snapshot, who: Iterable[str], tasks: Iterable[str]) -> tuple[Readiness, ...]:
     """Of all of these for all of these tasks, by robot, then task."""
     names, derivation = list(tasks), Derivation(snapshot.ontology)
-    return tuple(_readiness(snapshot, derivation, robot, task) for robot in who for task in names)
+    constructs = Constructs(snapshot.ontology, snapshot.processes)
+    return tuple(_readiness(snapshot, derivation, constructs, robot, task) for robot in who for task in names)
 
 
-def _readiness(snapshot: Snapshot, derivation: Derivation, who: str, task: str) -> Readiness:
+def _readiness(snapshot: Snapshot, derivation: Derivation, constructs: Constructs, who: str, task: str) -> Readiness:
     if task not in snapshot.processes:
         raise UnknownName(task, "process", snapshot.processes)
     is_class = not snapshot.ontology.is_a(who, Kind.ROBOT)
     if is_class and who not in derivation.models():
         raise UnknownName(who, "robot", [*snapshot.ontology.individuals(Kind.ROBOT), *derivation.models()])
-    asking = _Asking(snapshot, derivation, who, is_class=is_class, task=task)
+    asking = _Asking(snapshot, derivation, constructs, who, is_class=is_class, task=task)
     found = [asking.in_role(role) for role in roles(snapshot, task)] or [asking.in_no_role()]
     return min(found, key=lambda r: (list(Verdict).index(r.verdict), len(r.lacks)))
 
@@ -202,14 +205,22 @@ class _Needs:
 class _Asking:
     """One robot, or class of robots, and one task."""
 
-    def __init__(self, snapshot: Snapshot, derivation: Derivation, who: str, *, is_class: bool, task: str) -> None:
+    def __init__(
+        self,
+        snapshot: Snapshot,
+        derivation: Derivation,
+        constructs: Constructs,
+        who: str,
+        *,
+        is_class: bool,
+        task: str,
+    ) -> None:
         self._snapshot = snapshot
         self._ontology: Ontology = snapshot.ontology
         self._who, self._is_class, self._task = who, is_class, task
-        self._derivation = derivation
+        self._derivation, self._constructs = derivation, constructs
         self._kinds = self._derivation.kinds(who)
         self._bodies = dict(bodies(snapshot, task))
-        self._constructs = Constructs(snapshot.ontology, snapshot.processes)
         self._changed = {
             str(self._ontology.value(Property.OF_PROPERTY, str(effect)))
             for name in self._called()
@@ -220,10 +231,10 @@ class _Asking:
         """As one of its robots."""
         process = self._snapshot.processes[role.process]
         if role.program is None:
-            needs, program = self._process(process, role.parameter), self._bodies.get(process.name)
+            needs, program = self._process(process, role.parameter, ()), self._bodies.get(process.name)
         else:
             needs, program = self._of_kind(process, role.parameter.kind), role.program
-            needs |= self._program(role.program, variable(role.parameter))
+            needs |= self._program(role.program, variable(role.parameter), ())
         needs |= _Needs(lacks=(*self._individuals(), *self._battery(process, role.parameter, program)))
         return self._readiness(role.parameter.name, needs)
 
@@ -248,25 +259,32 @@ class _Asking:
 
     # What is asked
 
-    def _process(self, process: Process, parameter: Parameter) -> _Needs:
-        """By a process of the robot that stands for one of its parameters."""
+    def _process(self, process: Process, parameter: Parameter, around: tuple[Parameter, ...]) -> _Needs:
+        """By a process of the robot that stands for one of its parameters.
+
+        Args:
+            around: What the robot stands for already where this is performed: a process that performs itself asks no
+                more the second time.
+        """
+        if parameter in around:
+            return _Needs()
         needs = self._of_kind(process, parameter.kind)
         for capability in self._ontology.values(Property.REQUIRES_CAPABILITY, process.name):
             needs |= self._of_kind(process, str(capability))
         needs |= _Needs(lacks=(*self._conditions(process, parameter), *self._place(process, parameter)))
         body = self._bodies.get(process.name)
-        return needs if body is None else needs | self._program(body, variable(parameter))
+        return needs if body is None else needs | self._program(body, variable(parameter), (*around, parameter))
 
-    def _program(self, program: Term, robot: Var) -> _Needs:
+    def _program(self, program: Term, robot: Var, around: tuple[Parameter, ...]) -> _Needs:
         match program:
             case Struct("call", (_, _, Struct(callee, arguments))):
                 process, needs = self._snapshot.processes[callee], _Needs()
                 for parameter, argument in zip(process.arguments, arguments, strict=True):
                     if parameter.role is Role.ROBOT and argument == robot:
-                        needs |= self._process(process, parameter)
+                        needs |= self._process(process, parameter, around)
                 return needs
             case Struct("choice", (_, _, list(branches))):
-                found = [(self._program(b, robot), b) for b in branches]
+                found = [(self._program(b, robot, around), b) for b in branches]
                 least = min(len(needs.lacks) for needs, _ in found)
                 best = [(needs, b) for needs, b in found if len(needs.lacks) == least]
                 names = tuple(name for _, b in best if (name := _called_by(b)))
@@ -276,7 +294,7 @@ class _Asking:
             case Struct(_, parts) | list(parts):
                 needs = _Needs()
                 for part in parts:
-                    needs |= self._program(part, robot)
+                    needs |= self._program(part, robot, around)
                 return needs
             case _:
                 return _Needs()
@@ -328,13 +346,13 @@ class _Asking:
         power_w = self._derivation.number(Property.POWER_W, self._who)
         if energy_j is None or power_w is None:
             return
-        least_s = self._least_s(program, variable(parameter)) if program is not None else self._duration_s(process)
+        least_s = self._least_s(program, variable(parameter), ()) if program is not None else self._duration_s(process)
         if least_s > energy_j / power_w:
             told = f"it takes {least_s:g} s of work at least, and the battery lasts for {energy_j / power_w:g} s"
             yield Lack(kind=LackKind.BATTERY, what=Property.ENERGY_J, processes=(process.name,), text=told)
 
-    def _least_s(self, program: Term, robot: Var) -> float:
-        """How long a robot works at least, travel apart."""
+    def _least_s(self, program: Term, robot: Var, around: tuple[Parameter, ...]) -> float:
+        """How long a robot works at least, travel apart; what performs itself once more, not at all."""
         match program:
             case Struct("call", (_, _, Struct(callee, arguments))):
                 process = self._snapshot.processes[callee]
@@ -342,16 +360,19 @@ class _Asking:
                     if parameter.role is Role.ROBOT and argument == robot:
                         one_step = self._ontology.value(Property.HAS_DURATION_MODEL, callee) is not None
                         body = None if one_step else self._bodies.get(callee)
-                        return self._duration_s(process) if body is None else self._least_s(body, variable(parameter))
+                        if body is None:
+                            return self._duration_s(process)
+                        within = (*around, parameter)
+                        return 0.0 if parameter in around else self._least_s(body, variable(parameter), within)
                 return 0.0
             case Struct("choice", (_, _, list(branches))):
-                return min((self._least_s(b, robot) for b in branches), default=0.0)
+                return min((self._least_s(b, robot, around) for b in branches), default=0.0)
             case Struct("if", (_, then, otherwise)):
-                return min(self._least_s(then, robot), self._least_s(otherwise, robot))
+                return min(self._least_s(then, robot, around), self._least_s(otherwise, robot, around))
             case Struct("star" | "while" | "foreach" | "interrupt"):
                 return 0.0  # it may be done no time
             case Struct(_, parts) | list(parts):
-                return sum(self._least_s(part, robot) for part in parts)
+                return sum(self._least_s(part, robot, around) for part in parts)
             case _:
                 return 0.0
 
@@ -363,19 +384,8 @@ class _Asking:
         """The task and all that it may come to."""
         found = {self._task}
         for body in self._bodies.values():
-            found.update(_callees(body))
+            found.update(called(body))
         return found
-
-
-def _callees(program: Term) -> Iterator[str]:
-    if name := _called_by(program):
-        yield name
-    match program:
-        case Struct(_, parts) | list(parts):
-            for part in parts:
-                yield from _callees(part)
-        case _:
-            pass
 
 
 def _called_by(program: Term) -> str:

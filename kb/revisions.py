@@ -22,7 +22,7 @@ from kb.errors import KnowledgeError
 from kb.files import local_name
 from kb.groundings import Grounding, TravelEstimate
 from kb.history import shown
-from kb.learned import main_file
+from kb.learned import main_file, site_file
 from kb.ontology import Ontology, Value, fluent_properties
 from kb.problems import Problem
 from kb.processes import Process
@@ -86,6 +86,13 @@ class Revision:
         """Whether all files are the same."""
         return self.digest == other.digest and self.data == other.data
 
+    def is_as_read(self) -> bool:
+        """Whether its ontologies still are where they were, with the same contents."""
+        try:
+            return all(file.path.read_bytes() == file.content for file in self.ontology.files.files)
+        except OSError:
+            return False
+
     def executed(self, process: str) -> tuple[Grounding | None, tuple[str, ...]]:
         """How a process is executed, wherever the folder is: its grounding, and the hashes of the files in it."""
         grounding = self.groundings.get(process)
@@ -102,6 +109,18 @@ class Revision:
         return frozenset(name for kind in kinds for name in self.ontology.individuals(kind))
 
 
+def first_file(site: str, folder: Path) -> Path:
+    """The file that imports all that is known of a site.
+
+    Raises:
+        UnknownSite: The folder has no such site.
+    """
+    known = sites_of(folder)
+    if site not in known:
+        raise UnknownSite(site, known, folder)
+    return main_file(folder, site)
+
+
 def read_revision(site: str, folder: Path) -> Revision:
     """Read, check, classify and compile the files of a site; nothing else changes.
 
@@ -109,11 +128,8 @@ def read_revision(site: str, folder: Path) -> Revision:
         UnknownSite: The folder has no such site.
         OntologyRejected: With everything that is wrong.
     """
-    known = sites_of(folder)
-    if site not in known:
-        raise UnknownSite(site, known, folder)
     key = next(_keys)
-    checked: Checked = read_site(main_file(folder, site), folder, key)
+    checked: Checked = read_site(first_file(site, folder), folder, key)
     fluents = fluent_properties(checked.ontology)
     requests = [g.request for g in checked.groundings.values()] + [e.request for e in checked.travel_estimates]
     files = sorted({f.file for request in requests for f in request if f.file is not None})
@@ -136,6 +152,28 @@ def read_revision(site: str, folder: Path) -> Revision:
 def within(path: Path, folder: Path) -> str:
     """A path as seen from a folder, with slashes; its name if it is elsewhere."""
     return path.relative_to(folder).as_posix() if path.is_relative_to(folder) else path.name
+
+
+def write_copy(revision: Revision, folder: Path) -> None:
+    """Write the files that a revision was read from, and what stands beside its site's, where they can be read again.
+
+    Args:
+        folder: Made for it; if it is there, nothing is written.
+    """
+    if folder.exists():
+        return
+    part = folder.with_name(f"{folder.name}.part")  # where a copy was broken off, the next one goes on
+    for path in site_file(revision.folder, revision.site).parent.rglob("*"):
+        if path.is_file() and path.suffix != ".owl":
+            _write(part / within(path, revision.folder), path.read_bytes())
+    for file in revision.ontology.files.files:
+        _write(part / within(file.path, revision.folder), file.content)
+    part.rename(folder)
+
+
+def _write(path: Path, content: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content)
 
 
 def renewed(revision: Revision) -> Revision:
@@ -213,15 +251,19 @@ def _misfit(old: Revision, new: Revision, properties: frozenset[str], key: Key, 
         return f"there is no property {prop} any more that changes"
     if subject not in new.ontology.kinds:
         return f"there is no {subject} any more"
-    if not isinstance(value, str) or value not in old.ontology.kinds:
-        return ""
-    if value not in new.ontology.kinds:
+    if isinstance(value, str) and value in old.ontology.kinds and value not in new.ontology.kinds:
         return f"there is no {value} any more"
-    wanted = sorted(kind for kind in _ranges(new.ontology, prop) if not new.ontology.is_a(value, kind))
-    return f"{value} is no {wanted[0]} any more" if wanted else ""
+    for thing, kind in wrong_kinds(new.ontology, prop, subject, value):
+        return f"{thing} is no {kind} any more"
+    return ""
 
 
-def _ranges(ontology: Ontology, prop: str) -> Iterator[str]:
-    for subject, value in ontology.graph.subject_objects(RDFS.range):
-        if local_name(str(subject)) == prop and isinstance(value, URIRef) and value != OWL.Thing:
-            yield local_name(str(value))
+def wrong_kinds(ontology: Ontology, prop: str, subject: str, value: Value) -> Iterator[tuple[str, str]]:
+    """The individuals of a fact that are not of the class which its property asks for, with that class."""
+    for thing, side in ((subject, RDFS.domain), (value, RDFS.range)):
+        if isinstance(thing, str) and thing in ontology.kinds:
+            for of, kind in sorted(ontology.graph.subject_objects(side)):
+                wanted = local_name(str(kind))
+                asked = local_name(str(of)) == prop and isinstance(kind, URIRef) and kind != OWL.Thing
+                if asked and not ontology.is_a(thing, wanted):
+                    yield thing, wanted

@@ -16,6 +16,7 @@ from kb.contradictions import contradiction, place_of
 from kb.files import local_name
 from kb.ontology import Ontology, fluent_properties
 from kb.processes import Parameter, Process, Role
+from kb.recursion import least, may_be_stepless, stepless
 from kb.terms import Struct, Term, Var
 from kb.vocabulary import Kind, Property
 
@@ -27,7 +28,7 @@ def refuse_unsound(
     preconditions: Mapping[str, list[Term]],
     constructs: Constructs,
 ) -> None:
-    """Add what is wrong to the problems of `constructs`. No process may perform itself.
+    """Add what is wrong to the problems of `constructs`.
 
     Args:
         bodies: The program of each process that has one, by name.
@@ -56,13 +57,12 @@ class _Loops:
         bodies: Mapping[str, Term],
         constructs: Constructs,
     ) -> None:
-        self._ontology = ontology
         self._processes = processes
-        self._bodies = bodies
         self._constructs = constructs
+        several = {n: b for n, b in bodies.items() if ontology.value(Property.HAS_DURATION_MODEL, n) is None}
+        self._stepless = stepless(several)
         effects = (e for name in processes for e in constructs.parts(name, Property.HAS_EFFECT))
         self._changing = fluent_properties(ontology) | {constructs.part(e, Property.OF_PROPERTY) for e in effects}
-        self._known: dict[str, bool] = {}
 
     def check(self, name: str, body: Term) -> None:
         """All loops of a process."""
@@ -77,7 +77,7 @@ class _Loops:
                 case _:
                     raise AssertionError(loop)
             entity = self._constructs.repeating(name, loop)
-            if self._stepless(turn):
+            if may_be_stepless(turn, self._stepless):
                 told = f"may turn without doing anything, for ever, in {name}; let its body do a step every time"
                 self._constructs.problem("KB213", entity, told)
             elif test is not None and not self._changes(test, name, beside | _written(turn, self._processes)):
@@ -108,28 +108,6 @@ class _Loops:
                 return self._changes(left, process, written) or self._changes(right, process, written)
             case _:
                 return False
-
-    def _stepless(self, program: Term) -> bool:
-        """Whether a program may end without a step, as planner/golog/syntax.pl says; of calls, too."""
-        match program:
-            case list(parts) | Struct("conc" | "pconc", (list(parts),)) | Struct("any_order", (_, _, list(parts))):
-                return all(self._stepless(part) for part in parts)
-            case Struct("choice", (_, _, list(branches))):
-                return any(self._stepless(branch) for branch in branches)
-            case Struct("pick" | "search" | "deadline", (*_, body)) | Struct("until", (body, _)):
-                return self._stepless(body)
-            case Struct("if", (_, then, otherwise)):
-                return self._stepless(then) or self._stepless(otherwise)
-            case Struct("call", (_, _, Struct(callee) | str(callee))):
-                return self._stepless_process(callee)
-            case _:
-                return True  # a for-each, a while, an iteration or an interrupt may have no turn; a test takes no time
-
-    def _stepless_process(self, name: str) -> bool:
-        if name not in self._known:
-            one_step = self._ontology.value(Property.HAS_DURATION_MODEL, name) is not None
-            self._known[name] = name in self._bodies and not one_step and self._stepless(self._bodies[name])
-        return self._known[name]
 
 
 def _loops(
@@ -175,6 +153,10 @@ def _asked(condition: Term) -> Iterator[str]:
                 yield from _asked(part)
 
 
+_Names = Mapping[str, frozenset[str]]
+"""Of each process, the names of some of its parameters."""
+
+
 class _Data:
     """What steps read: has any step written it before? By the names of parameters."""
 
@@ -188,10 +170,10 @@ class _Data:
         self._processes = processes
         self._bodies = bodies
         self._constructs = constructs
-        self._known: dict[str, frozenset[str]] = {}
         fields = [(f, ontology.value(Property.IS_OPTIONAL, f) is True) for f in ontology.individuals(Kind.FIELD)]
         mapped = [(str(ontology.value(Property.MAPS_PARAMETER, f)), optional) for f, optional in fields]
         self._dispensable = {p for p, optional in mapped if optional} - {p for p, optional in mapped if not optional}
+        self._needed = least(processes, frozenset[str](), self._needs)
 
     def check(self, name: str, body: Term) -> None:
         """All steps and conditions of a process, and its outputs."""
@@ -256,7 +238,7 @@ class _Data:
                 read(condition)
                 return before
             case Struct("call", (_, str(step), called)):
-                for name in sorted(self._read(called) - before):
+                for name in sorted(self._read(called, self._needed) - before):
                     told = (
                         f"reads {name!r}, which no step of {process.name} can have made before; "
                         "correct the stepNumbers, or let an earlier step output it"
@@ -266,32 +248,27 @@ class _Data:
             case _:
                 return before
 
-    def _read(self, called: Term) -> set[str]:
-        """The data that a call reads."""
+    def _read(self, called: Term, needed: _Names) -> set[str]:
+        """The data that a call reads, `needed` being what each process cannot do without."""
         callee, arguments = _call(called, self._processes)
-        needed = self._needed(callee)
-        return {place_of(a) for p, a in arguments if p.name in needed and _is_place(a)}
+        return {place_of(a) for p, a in arguments if p.name in needed[callee.name] and _is_place(a)}
 
-    def _needed(self, process: Process) -> frozenset[str]:
-        """The inputs that are data and without which a process cannot do."""
-        if process.name not in self._known:
-            data = [p for p in process.inputs if p.is_datum]
-            if process.name in self._bodies:
-                read = self._read_within(self._bodies[process.name])
-                needed = frozenset(p.name for p in data if p.name in read)
-            else:
-                needed = frozenset(p.name for p in data if p.entity not in self._dispensable)
-            self._known[process.name] = needed
-        return self._known[process.name]
+    def _needs(self, name: str, known: _Names) -> frozenset[str]:
+        """The inputs that are data and without which a process cannot do; `known` of those that it performs."""
+        data = [p for p in self._processes[name].inputs if p.is_datum]
+        if name not in self._bodies:
+            return frozenset(p.name for p in data if p.entity not in self._dispensable)
+        read = self._read_within(self._bodies[name], known)
+        return frozenset(p.name for p in data if p.name in read)
 
-    def _read_within(self, program: Term) -> set[str]:
+    def _read_within(self, program: Term, needed: _Names) -> set[str]:
         match program:
             case Struct("call", (_, _, called)):
-                return self._read(called)
+                return self._read(called, needed)
             case Struct("is_true", (place,)):
                 return {place_of(place)}
             case _:
-                return set[str]().union(*(self._read_within(part) for part in _inner(program)))
+                return set[str]().union(*(self._read_within(part, needed) for part in _inner(program)))
 
 
 def _written(program: Term, processes: Mapping[str, Process]) -> frozenset[str]:

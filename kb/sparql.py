@@ -4,41 +4,42 @@ The default graph is all that is known now: what files state, what follows from 
 changes. Named graphs tell where from: one for each file, by its ontology IRI, with what it states;
 `graph:inferred`; `graph:told`, what has been told since the files were read. A query runs in a process of its own
 (kb/sparql_worker.py), which is ended when it takes too long, and which cannot reach the network.
+
+with Endpoint(ontology, fluents) as endpoint:
+    endpoint.ask("SELECT ?robot { ?robot a core:Robot }")
 """
 
 from __future__ import annotations
 
-import difflib
+import contextlib
 import json
+import os
 import re
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+import weakref
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from threading import Lock
+from typing import Self
 
 from rdflib import RDF, RDFS
 
 from kb.dataset import GRAPHS, dataset
 from kb.errors import ConcertmasterError, InternalError
-from kb.store import Snapshot
+from kb.ontology import Ontology, Value
+from kb.sparql_text import BadQuery, doubts, in_order, refuse, syntax_error, words
+
+__all__ = ["MOST_BYTES", "MOST_ROWS", "TIME_LIMIT_S", "Answer", "BadQuery", "Cell", "Endpoint", "results_json", "short"]
 
 TIME_LIMIT_S = 10.0
 MOST_ROWS = 100_000
+MOST_BYTES = 4 * 2**30
 
-_MOST_BYTES = 4 * 2**30
+_LONGEST_S = 86_400.0
 _WORKER = Path(__file__).with_name("sparql_worker.py")
-_TOKEN = re.compile(
-    r"'''.*?'''|\"\"\".*?\"\"\"|'(?:[^'\\\n]|\\.)*'|\"(?:[^\"\\\n]|\\.)*\"|<[^<>\"{}|^`\\\s]*>|#[^\n]*"
-    r"|[?$]\w+|[\w-]*:[\w.%-]*|(?P<word>\w+)|.",
-    re.DOTALL,
-)
-_UPDATES = frozenset({"INSERT", "DELETE", "LOAD", "CLEAR", "CREATE", "DROP", "COPY", "MOVE", "ADD", "WITH"})
-_PREFIX_WORDS = frozenset({"PREFIX", "BASE"})
-_POSITION = re.compile(r"error at (\d+):(\d+): (.*)", re.DOTALL)
-_OFFERED = re.compile(r"\"(?:\\.|[^\"\\])*\"|'(?:\\.|[^'\\])*'|[A-Za-z]+")
 _STANDARD = {
     "owl": "http://www.w3.org/2002/07/owl#",
     "rdf": str(RDF),
@@ -47,12 +48,6 @@ _STANDARD = {
     "xsd": "http://www.w3.org/2001/XMLSchema#",
     "graph": GRAPHS,
 }
-
-
-class BadQuery(ConcertmasterError):
-    """A query cannot be answered: it is wrong, would change something, or takes too much."""
-
-    fault = "request"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,62 +76,155 @@ class Answer:
             else sorted.
         holds: Of an ASK; else None.
         complete: Whether these are all rows that there are.
+        doubts: What is probably misspelt in the query, a sentence each.
     """
 
     variables: tuple[str, ...]
     rows: tuple[tuple[Cell | None, ...], ...]
     holds: bool | None
     complete: bool
+    doubts: tuple[str, ...] = ()
 
 
-def prefixes(snapshot: Snapshot) -> dict[str, str]:
+def _prefixes(ontology: Ontology) -> dict[str, str]:
     """The prefixes that a query need not declare: `core`, one for each file by its name, and the usual ones."""
     found = dict(_STANDARD)
-    for file in snapshot.ontology.files.files:
+    for file in ontology.files.files:
         stem = re.sub(r"\W", "_", file.path.stem, flags=re.ASCII)
-        name = stem if stem[:1].isalpha() else f"f_{stem}"
+        name = first = stem if stem[:1].isalpha() else f"f_{stem}"
         number = 1
         while name in found:
             number += 1
-            name = f"{stem}_{number}"
+            name = f"{first}_{number}"
         found[name] = file.iri + "#"
     return found
 
 
-def ask(snapshot: Snapshot, query: str, *, time_limit_s: float = TIME_LIMIT_S, most_rows: int = MOST_ROWS) -> Answer:
-    """Answer a query: SELECT, ASK, CONSTRUCT or DESCRIBE.
+class Endpoint:
+    """Answers queries over what was known at one moment; threads may share it.
+
+    Attributes:
+        prefixes: The namespaces that a query need not declare, by prefix.
+        close: Ends the process that answers; so does the end of the endpoint, or of ours.
+    """
+
+    def __init__(
+        self, ontology: Ontology, fluents: Mapping[tuple[str, str], Value], *, most_bytes: int = MOST_BYTES
+    ) -> None:
+        """Give all that is known to the process that will answer.
+
+        Args:
+            fluents: The present value of what changes, by (property, individual); of all else, files tell.
+            most_bytes: So much memory may a query take, what is known included.
+
+        Raises:
+            BadQuery: What is known needs too much memory already.
+        """
+        self._ontology = ontology
+        self.prefixes = _prefixes(ontology)
+        self._asking = Lock()
+        self._process = subprocess.Popen(
+            [sys.executable, "-I", str(_WORKER)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,  # its copies can be ended with it
+        )
+        self.close = weakref.finalize(self, _end, self._process)
+        graphs = dataset(ontology, fluents)
+        sizes = [(iri, len(text)) for iri, text in graphs.items()]
+        self._answer({"most_bytes": most_bytes, "prefixes": self.prefixes, "graphs": sizes}, *graphs.values())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def ask(self, query: str, *, time_limit_s: float = TIME_LIMIT_S, most_rows: int = MOST_ROWS) -> Answer:
+        """Answer a query: SELECT, ASK, CONSTRUCT or DESCRIBE.
+
+        Args:
+            time_limit_s: After so long, it is given up; above 0, at most a day.
+            most_rows: So many rows are given at most.
+
+        Raises:
+            BadQuery: A syntax error, with its place; an update; SERVICE; too slow, or it needs too much memory.
+        """
+        if not 0 < time_limit_s <= _LONGEST_S:
+            raise BadQuery(f"a query cannot have {time_limit_s:g} s; give more than 0, and at most {_LONGEST_S:g}")
+        if most_rows < 0:
+            raise BadQuery(f"{most_rows} rows cannot be given; ask for 0 or more")
+        refuse(query)
+        told = json.loads(self._answer({"query": query, "time_limit_s": time_limit_s, "most_rows": most_rows}))
+        if "syntax_error" in told:
+            raise BadQuery(syntax_error(told["syntax_error"], query, self.prefixes))
+        if "error" in told:
+            raise BadQuery(f"the query cannot be answered: {told['error']}")
+        variables: list[str] = told["variables"]
+        columns = in_order(variables, query)
+        places = [variables.index(name) for name in columns]
+        rows = [tuple(None if (cell := row[n]) is None else _cell(cell) for n in places) for row in told["rows"]]
+        if not any(word.upper() == "ORDER" for word, _ in words(query)):
+            rows.sort(key=lambda row: [("", "") if c is None else (c.value, c.type) for c in row])
+        return Answer(
+            variables=tuple(columns),
+            rows=tuple(rows),
+            holds=told["holds"],
+            complete=told["complete"],
+            doubts=doubts(query, self.prefixes, self._ontology),
+        )
+
+    def _answer(self, asked: Mapping[str, object], *graphs: bytes) -> bytes:
+        process = self._process
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stderr is not None
+        with self._asking:
+            try:
+                with contextlib.suppress(BrokenPipeError):  # it has ended; below is told why
+                    process.stdin.writelines([json.dumps(asked).encode(), b"\n", *graphs])
+                    process.stdin.flush()
+                head = process.stdout.readline()
+                if head:
+                    told = json.loads(head)
+                    ended, written = told["ended"], process.stdout.read(told["bytes"])
+                else:
+                    ended, written = process.wait(), process.stderr.read()
+            except BaseException:
+                self.close()  # the rest of an answer that nobody waits for must not become that of the next query
+                raise
+        if ended != 0:
+            raise _given_up(ended, written.decode(errors="replace"), asked)
+        return written
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End a process and its copies."""
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGKILL)
+    with contextlib.suppress(BrokenPipeError), process:  # waits, and closes the pipes
+        pass
+
+
+def _given_up(ended: int, written: str, asked: Mapping[str, object]) -> ConcertmasterError:
+    """Why there is no answer.
 
     Args:
-        time_limit_s: After so long, it is given up; above 0. The reading of data does not count.
-        most_rows: So many rows are given at most.
-
-    Raises:
-        BadQuery: A syntax error, with its place; an update; SERVICE; too slow, or it needs too much memory.
+        ended: Exit status of the process that should have given it; below 0, the signal that ended it.
+        written: By it, at last.
     """
-    if not time_limit_s > 0:
-        raise BadQuery(f"a time limit of {time_limit_s:g} s leaves no time; give more than 0")
-    if most_rows < 0:
-        raise BadQuery(f"{most_rows} rows cannot be given; ask for 0 or more")
-    _refuse(query)
-    known = prefixes(snapshot)
-    told = _run(
-        {
-            "query": query,
-            "prefixes": known,
-            "graphs": dataset(snapshot),
-            "most_rows": most_rows,
-            "most_bytes": _MOST_BYTES,
-        },
-        time_limit_s,
-    )
-    if "syntax_error" in told:
-        raise BadQuery(_syntax_error(told["syntax_error"], query, known))
-    if "error" in told:
-        raise BadQuery(f"the query cannot be answered: {told['error']}")
-    rows = [tuple(None if c is None else _cell(c) for c in row) for row in told["rows"]]
-    if not any(word.upper() == "ORDER" for word, _ in _words(query)):
-        rows.sort(key=lambda row: [("", "") if c is None else (c.value, c.type) for c in row])
-    return Answer(variables=tuple(told["variables"]), rows=tuple(rows), holds=told["holds"], complete=told["complete"])
+    if ended == -signal.SIGALRM:
+        return BadQuery(
+            f"there was no answer within {asked['time_limit_s']:g} s; join the parts of the query by variables, "
+            "or ask for less"
+        )
+    if ended == -signal.SIGSEGV:  # the parser's stack
+        return BadQuery("the query was given up: its brackets are nested too deeply")
+    last = (written.strip().splitlines() or ["no reason given"])[-1]
+    if ended == -signal.SIGABRT or "memory" in last.lower():  # what Rust and Python do without memory
+        return BadQuery(f"the query was given up: it needs more memory than it may have ({last})")
+    return InternalError(f"kb/sparql_worker.py ended with status {ended}: {last}")
 
 
 # ------------------------------------------------------------------------------------------ answers
@@ -184,84 +272,3 @@ def _cell(told: Mapping[str, str]) -> Cell:
         datatype=told.get("datatype", ""),
         language=told.get("xml:lang", ""),
     )
-
-
-# -------------------------------------------------------------------------------------------- refusal
-
-
-def _refuse(query: str) -> None:
-    """Tell of what would not be answered anyway, in plain words."""
-    begun = True
-    for word, offset in _words(query):
-        if begun and word.upper() not in _PREFIX_WORDS:
-            begun = False
-            if word.upper() in _UPDATES:
-                raise BadQuery(
-                    f"{_position(query, offset)}: {word.upper()} would change what is known; only SELECT, ASK, "
-                    "CONSTRUCT and DESCRIBE are answered. Edit the files instead"
-                )
-        if word.upper() == "SERVICE":
-            raise BadQuery(
-                f"{_position(query, offset)}: SERVICE asks another server; nothing is fetched from the network"
-            )
-
-
-def _words(query: str) -> Iterator[tuple[str, int]]:
-    """The keywords of a query and where they are: no texts, IRIs, comments, variables or names with a prefix."""
-    for token in _TOKEN.finditer(query):
-        if token["word"]:
-            yield token["word"], token.start()
-
-
-def _position(query: str, offset: int) -> str:
-    before = query[:offset]
-    return f"line {before.count(chr(10)) + 1}, column {offset - before.rfind(chr(10))}"
-
-
-def _syntax_error(message: str, query: str, known: Mapping[str, str]) -> str:
-    found = _POSITION.match(message)
-    if found is None:
-        return f"the query is wrong: {message}"
-    line, column, expected = int(found[1]), int(found[2]), found[3]
-    text = (query.splitlines() or [""])[min(line, len(query.splitlines()) or 1) - 1]
-    unknown = _unknown_prefix(text[:column], known) if "Prefix not found" in expected else None
-    if unknown is not None:
-        column = unknown[1] + 1
-    shown = f"line {line}, column {column} of the query:\n  {text}\n  {' ' * (column - 1)}^\n"
-    if unknown is not None:
-        near = difflib.get_close_matches(unknown[0], known, n=1)
-        hint = f"did you mean {near[0]}:?" if near else f"known are {', '.join(f'{k}:' for k in known)}"
-        return f"{shown}the prefix {unknown[0]}: is not known; {hint}"
-    offered = sorted({o.strip("\"'") or o for o in _OFFERED.findall(re.sub(r"\[[^\]]*\]", "", expected))})
-    words = [o for o in offered if o not in ("expected", "one", "of") and "\\" not in o]
-    return shown + (f"expected {' or '.join(words)}" if words else "the query ends too early, or goes on too long")
-
-
-def _unknown_prefix(text: str, known: Mapping[str, str]) -> tuple[str, int] | None:
-    """The last prefix of a line that is not known, and where it is."""
-    found = [(m[1], m.start()) for m in re.finditer(r"([A-Za-z_][\w-]*):", text) if m[1] not in known]
-    return found[-1] if found else None
-
-
-# ------------------------------------------------------------------------------------------- process
-
-
-def _run(asked: Mapping[str, object], time_limit_s: float) -> dict[str, Any]:
-    done = subprocess.run(
-        [sys.executable, "-I", str(_WORKER)],
-        input=json.dumps({**asked, "time_limit_s": time_limit_s}),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if done.returncode == -signal.SIGALRM:
-        raise BadQuery(
-            f"there was no answer within {time_limit_s:g} s; join the parts of the query by variables, or ask for less"
-        )
-    if done.returncode != 0:
-        last = (done.stderr.strip().splitlines() or ["no reason given"])[-1]
-        if done.returncode == -signal.SIGABRT or "memory" in last.lower():  # what Rust and Python do without memory
-            raise BadQuery(f"the query was given up: it needs more than {_MOST_BYTES >> 30} GB of memory ({last})")
-        raise InternalError(f"kb/sparql_worker.py ended with status {done.returncode}: {last}")
-    found: dict[str, Any] = json.loads(done.stdout)
-    return found

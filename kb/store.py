@@ -38,6 +38,9 @@ _tell = Entry(search_path="kb_rules", file="facts", name="tell")
 _AT_ONCE = 2000
 """So many facts go to Prolog in one call."""
 
+KEPT_REVISIONS = 10
+"""So many revisions are kept, that in force among them; each takes about 9 MB of memory for the demo."""
+
 _PERSON = Source(kind=SourceKind.PERSON)
 
 
@@ -54,7 +57,7 @@ class UnknownRevision(KnowledgeError, LookupError):
 
     Attributes:
         number: What was asked for.
-        known: The numbers there are.
+        known: The numbers there are: the last that were in force.
     """
 
     def __init__(self, number: int, known: tuple[int, ...]) -> None:
@@ -136,7 +139,8 @@ class KnowledgeBase:
         self._writing = RLock()
         self._reading = Lock()  # held for a moment only: readers never wait for Prolog
         self._revision = read_revision(site, folder)
-        self._revisions = {1: self._revision}
+        self._revisions = {1: self._revision}  # that in force last at the end
+        self._newest = 1
         self._proposal: Proposal | None = None
         self._uses: Counter[int] = Counter()
         self._loaded: set[int] = set()
@@ -154,7 +158,7 @@ class KnowledgeBase:
 
     @property
     def revisions(self) -> tuple[Revision, ...]:
-        """All that have been in force, in order of number; they are kept until the knowledge base is closed."""
+        """The last `KEPT_REVISIONS` that have been in force, in order of number."""
         return tuple(revision for _, revision in sorted(self._revisions.items()))
 
     @property
@@ -227,13 +231,13 @@ class KnowledgeBase:
         There is one proposal at a time; the one before, if there is any, is withdrawn.
         """
         with self._writing:
-            return self._offer(replace(revision, number=max(self._revisions) + 1))
+            return self._offer(replace(revision, number=self._newest + 1))
 
     def propose_earlier(self, number: int) -> Proposal:
         """Propose a revision that was in force before, as it was then.
 
         Raises:
-            UnknownRevision: It never was, or is now.
+            UnknownRevision: It never was, was too long ago, or is now.
         """
         earlier = self._revisions.get(number)
         if earlier is None or earlier is self._revision:
@@ -270,7 +274,12 @@ class KnowledgeBase:
             self.require_proposed(proposal)
             revision = proposal.revision
             carry = carry_over(self._revision, revision, self._fluents, frozenset(self._told))
-            self._tell_all(revision, proposal.carry.fluents, carry.fluents)
+            if proposal.carry.fluents.keys() <= carry.fluents.keys():
+                self._tell_all(revision, proposal.carry.fluents, carry.fluents)
+            else:  # something was told since that the revision does not know: what it knew of it before goes
+                _drop_facts(revision.key)
+                self._load(revision)
+                self._tell_all(revision, revision.initial, carry.fluents)
             source = Source(kind=SourceKind.FILES, revision=revision.number)
             with self._reading:
                 before = self._fluents
@@ -282,7 +291,11 @@ class KnowledgeBase:
                         Fact(t_s=t_s, prop=prop, subject=subject, value=value, before=was, source=source)
                     )
                 self._state += len(carry.changed)
+            self._revisions.pop(revision.number, None)
             self._revisions[revision.number] = revision
+            if len(self._revisions) > KEPT_REVISIONS:
+                del self._revisions[next(iter(self._revisions))]
+            self._newest = max(self._newest, revision.number)
             self._proposal = None
             self._drop_unused()
             return carry

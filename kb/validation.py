@@ -9,13 +9,16 @@ from __future__ import annotations
 import difflib
 import math
 import re
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
-from rdflib import OWL, RDF, RDFS, SH, XSD, Graph, Literal, URIRef
+from rdflib import OWL, RDF, RDFS, SH, XSD, BNode, Graph, Literal, URIRef
 from rdflib.term import Node
 
+from kb.failures import check_failures
 from kb.files import OntologyFile, OntologyFiles, local_name
-from kb.kinds import check_kinds, described
+from kb.kinds import check_kinds, check_stated, described
 from kb.problems import Problem, errors
 from kb.vocabulary import CORE, Kind, Property
 
@@ -30,7 +33,7 @@ _REMARKS = {
     OWL.backwardCompatibleWith,
     OWL.incompatibleWith,
 }
-MISLEADING = frozenset({"KB011", "KB012", "KB014", "KB015", "KB016", "KB017", "KB143", "KB144"})
+MISLEADING = frozenset({"KB011", "KB012", "KB014", "KB015", "KB016", "KB017", "KB143", "KB144", "KB303"})
 """After these, a reasoner would complain of what is only their consequence."""
 _OF_PLACES = frozenset({"KB140", "KB141"})
 _CARDINALITIES = {
@@ -40,14 +43,16 @@ _CARDINALITIES = {
 """Their numbers are nobody's values, and of a datatype of their own."""
 _STANDARD = (RDF, RDFS, OWL, XSD)
 _KNOWN_DATATYPES = {XSD.string, XSD.boolean, XSD.integer, XSD.double, XSD.decimal, XSD.anyURI}
+_DATATYPES_TOLD = "use xsd:string, boolean, integer, double or anyURI"
+_LONGEST_VALUE = 60
 
 
 def check(files: OntologyFiles) -> list[Problem]:
     """All problems of files that parse, without the reasoner."""
     graph = files.merged()
-    values = _datatypes(files)
-    if values:  # SHACL dies of NaN
-        return [*_unknown_terms(files, graph), *values]
+    unreadable = [*_circles(files), *_datatypes(files)]
+    if unreadable:  # what follows would go round for ever, and SHACL dies of NaN
+        return [*_unknown_terms(files, graph), *unreadable]
     unknown = _unknown_terms(files, graph)
     kinds = _unless_near(graph, unknown, check_kinds(files, graph))
     doubtful = [
@@ -57,14 +62,25 @@ def check(files: OntologyFiles) -> list[Problem]:
         *_fields(files, graph),
         *_stated_values(files, graph),
         *_effects(files, graph),
+        *check_failures(files, graph),
         *_shapes(files, graph),
     ]
     return [*unknown, *kinds, *_unless_near(graph, [*unknown, *errors(kinds)], doubtful)]
 
 
+def check_parts(files: OntologyFiles) -> list[Problem]:
+    """Problems that no further file could take away: where not all files of a site can be read."""
+    graph = files.merged()
+    return [*_circles(files), *_datatypes(files)] or [
+        *check_stated(files, graph),
+        *_cycles(files, graph),
+        *_two_values(files, graph),
+    ]
+
+
 def _unless_near(graph: Graph, sure: list[Problem], doubtful: list[Problem]) -> list[Problem]:
     """What is misspelt or of the wrong kind is not blamed for what it lacks, too; nor is what refers to it."""
-    near = _neighborhood(graph, {p.entity for p in sure})
+    near = _neighborhood(graph, {p.entity for p in sure} - {""})
     return [p for p in doubtful if p.entity not in near]
 
 
@@ -74,6 +90,8 @@ def _neighborhood(graph: Graph, names: set[str]) -> set[str]:
         return set()
     near = set(names)
     for subject, _, value in graph:
+        if isinstance(value, Literal):
+            continue
         pair = {local_name(str(subject)), local_name(str(value))}
         if pair & names:
             near |= pair
@@ -104,7 +122,7 @@ def _unknown_terms(files: OntologyFiles, graph: Graph) -> list[Problem]:
                     code="KB011",
                     file=file.path,
                     line=file.line_of(user),
-                    entity=local_name(user),
+                    entity="" if user == file.iri else local_name(user),
                     message=_unknown(iri, declared),
                 )
             )
@@ -140,22 +158,44 @@ def _named(file: OntologyFile, node: Node) -> str:
     return described(file.graph, node) or file.iri
 
 
+def _circles(files: OntologyFiles) -> Iterator[Problem]:
+    """Lists and class expressions that contain themselves: anonymous, so that Protégé never writes them."""
+    for file in files.files:
+        parts: dict[Node, list[Node]] = {}
+        for subject, _, value in file.graph:
+            if isinstance(subject, BNode) and isinstance(value, BNode):
+                parts.setdefault(subject, []).append(value)
+        try:
+            TopologicalSorter(parts).prepare()
+        except CycleError as error:
+            entity = _named(file, error.args[1][0])
+            told = "has a list, class expression or anonymous individual that contains itself; write it anew"
+            yield files.problem("KB303", entity, f"{told} (in OWL 2 DL, which reasoners need)")
+
+
 def _datatypes(files: OntologyFiles) -> list[Problem]:
     problems = []
     for file in files.files:
         for subject, predicate, value in file.graph:
             if not isinstance(value, Literal) or predicate in _CARDINALITIES:
                 continue
-            if value.ill_typed or value.datatype not in {None, *_KNOWN_DATATYPES}:
-                wrong = f"is no {local_name(str(value.datatype))} we know"
+            if value.datatype not in {None, *_KNOWN_DATATYPES}:
+                wrong = f"is of the datatype {local_name(str(value.datatype))}; {_DATATYPES_TOLD}"
+            elif value.ill_typed:
+                wrong = f"is no xsd:{local_name(str(value.datatype))}; write one, or choose another datatype"
             elif isinstance(value.value, float) and not math.isfinite(value.value):
                 wrong = "is no finite number; give one"
             else:
                 continue
             prop = file.graph.value(subject, OWL.onProperty) or predicate  # of a restriction, what it restricts
-            told = f"{local_name(str(prop))} {str(value)!r} {wrong}"
+            told = f"{local_name(str(prop))} {_quoted(str(value))} {wrong}"
             problems.append(files.problem("KB012", _named(file, subject), told))
     return problems
+
+
+def _quoted(text: str) -> str:
+    """A text as it was written, or how it begins."""
+    return repr(text) if len(text) <= _LONGEST_VALUE else f"{text[:_LONGEST_VALUE]!r}..."
 
 
 def _cycles(files: OntologyFiles, graph: Graph) -> list[Problem]:

@@ -48,6 +48,8 @@ class Kind(StrEnum):
     ROBOT_GROUNDING = "RobotGrounding"
     COMPUTE_GROUNDING = "ComputeGrounding"
     FIELD = "Field"
+    FAILURE = "Failure"
+    RECOVERY = "Recovery"
 
 
 class Property(StrEnum):
@@ -120,6 +122,9 @@ class Property(StrEnum):
     FILE_NAME = "fileName"
     KIND_OF = "kindOf"
     IS_OPTIONAL = "isOptional"
+    EXPECTED_FAILURE = "expectedFailure"
+    FAILURE_CODE = "failureCode"
+    RECOVERED_BY = "recoveredBy"
     LOCATED_AT = "locatedAt"
     IN_AREA = "inArea"
     HAS_POSE_ESTIMATE = "hasPoseEstimate"

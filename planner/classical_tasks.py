@@ -132,6 +132,8 @@ class _Translation:
         definitions = self._facts.of("definition", name, arguments)
         if not definitions:
             raise CannotExport(f"{name} can be no action: {self._world.offer.refused[name]}")
+        if self._facts.of("recursive", name):
+            raise CannotExport(f"{name} performs itself, of which every turn would have to be written out")
         if self._facts.of("keeps_robot", name):
             raise CannotExport(f"{name} keeps its robot while it takes several steps, which actions cannot express")
         condition: Term = [c for (c,) in self._facts.of("precondition", name, arguments)]

@@ -8,6 +8,9 @@ from enum import StrEnum
 
 from kb.terms import Action
 
+EFFORT = 5.0
+"""Budget of the optimizer, in deterministic seconds."""
+
 
 class PlanStatus(StrEnum):
     """How planning ended (the words of unified-planning)."""

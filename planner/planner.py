@@ -20,11 +20,8 @@ from planner import optimizer, priorities
 from planner.errors import InvalidPlan
 from planner.making import MS_PER_S, Making, TravelSeconds, travel_tables
 from planner.network import Improvement, Network, Travel, read_network
-from planner.plan import Plan, PlannedStep, PlanStatus
+from planner.plan import EFFORT, Plan, PlannedStep, PlanStatus
 from planner.validate import Start, beginning, violations
-
-EFFORT = 5.0
-"""Budget of the optimizer, in deterministic seconds."""
 
 _INFERENCES = 100_000_000
 """Budget of the proof in Prolog alone."""
@@ -54,6 +51,7 @@ _report = _entry("steps", "report")
 _retry = _entry("steps", "retry")
 _observe = _entry("steps", "observe")
 _rebase = _entry("steps", "rebase")
+_release = _entry("steps", "release")
 _fork_session = _entry("steps", "fork_session")
 _needed_travels = _entry("planning", "needed_travels")
 _look_ahead = _entry("planning", "look_ahead")
@@ -112,6 +110,8 @@ class Progress:
         replan: The plan goes no further, or was made for something else than what is so now: plan again.
         own: So many of the facts told, the first, are effects of the action reported; the others are effects of the
             process that ends next.
+        released: The action reported was the last of a robot that is no longer capable of what it was to do next;
+            another is chosen.
     """
 
     events: tuple[StepEvent, ...]
@@ -119,6 +119,7 @@ class Progress:
     running: int
     replan: bool
     own: int = 0
+    released: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -342,9 +343,9 @@ class Session:
     ) -> Progress:
         """Go on under another revision of the knowledge; start all that may start now.
 
-        What is running goes on. Where its robot is no longer capable of what it is to do next, the robot is chosen
-        anew when that has ended, and only then a plan is made. The programs of what is left to do must be the same in
-        both (`kb.difference.program_changed`).
+        What is running goes on. A robot that is no longer capable of what it is to do next is chosen anew: at once
+        if it is idle, else when what runs has ended, and only then a plan is made. The programs of what is left to do
+        must be the same in both (`kb.difference.program_changed`).
 
         Args:
             forgotten: The (property, individual) pairs whose told values hold no more.
@@ -380,10 +381,10 @@ class Session:
         return Retry(excluded=str(answer["excluded"]) if answer["retry"] else None, abandoned=abandoned)
 
     def _chosen_anew(self, action: Action, *, now_s: float) -> Progress:
-        """An action has ended whose robot must not go on."""
-        retry = self.failed(action, now_s=now_s)
-        events = tuple(Abandoned(action=a) for a in retry.abandoned)
-        return Progress(events=events, done=False, running=len(self._unfit), replan=not self._unfit)
+        """An action has ended whose robot must not go on; a plan is made when all such have."""
+        _release(struct("ended", self._key, round(now_s * MS_PER_S), action.id))
+        self._unfit.remove(action.id)
+        return Progress(events=(), done=False, running=len(self._unfit), replan=not self._unfit, released=True)
 
     def close(self) -> None:
         """Forget the session."""

@@ -3,7 +3,7 @@
 The plan is replayed: its steps end and start in order of time, and each start has to be one that what
 remains of the program allows then (planner/checking/walk.py), by robots that may do it (starting.py), in
 the time that the ontology gives it (demands.py), where conditions are as effects have left them
-(moment.py). In the end, nothing may remain.
+(knowledge.py). In the end, nothing may remain.
 
 What happens at one instant happens in some order: what ends, before what starts; else any order will do.
 """
@@ -18,7 +18,8 @@ from kb.store import Snapshot
 from kb.terms import Struct, Term
 from planner.checking.constructs import Constructs
 from planner.checking.demands import Definitions, Demands
-from planner.checking.moment import CannotCheck, Knowledge
+from planner.checking.knowledge import Knowledge
+from planner.checking.moment import CannotCheck
 from planner.checking.replay import Replay
 from planner.checking.start import Start, beginning, ms, not_going_on
 from planner.checking.starting import MS_PER_S, Stage, seconds

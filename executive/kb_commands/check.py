@@ -12,6 +12,7 @@ from watchfiles import watch
 
 from executive.exit_codes import INTERRUPTED, OK, REFUSED, complain
 from executive.kb_commands.options import add_site
+from kb.checking import check_folder
 from kb.errors import KnowledgeError
 from kb.problems import OntologyRejected, Problem, errors, in_order
 from kb.revisions import read_revision
@@ -51,12 +52,16 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _problems(options: argparse.Namespace) -> tuple[list[Problem], str]:
-    """What is wrong with the sites asked for, and a line on each that can be used."""
-    found: list[Problem] = []
+    """What is wrong with the sites asked for and with files of no site; and a line on each site that can be used."""
+    folder: Path = options.knowledge
+    found = check_folder(folder)
     lines = ""
-    for site in sites_of(options.knowledge) if options.all_sites else [options.site]:
+    sites = sites_of(folder) if options.all_sites else [options.site]
+    if not sites:
+        raise KnowledgeError(f"there is no site in {folder}; a site called lab is a file sites/lab/lab.owl there")
+    for site in sites:
         try:
-            revision = read_revision(site, options.knowledge)
+            revision = read_revision(site, folder)
         except OntologyRejected as rejected:
             found += rejected.problems
             continue

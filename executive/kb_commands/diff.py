@@ -1,21 +1,10 @@
-"""`concertmaster kb diff`: what is different between two folders of ontologies, and what that changes for tasks."""
+"""`concertmaster kb diff`: its options; what it does is in executive/task_commands/diff.py, as it opens a fleet."""
 
 from __future__ import annotations
 
 import argparse
-import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
-
-from executive.errors import BadRequest
-from executive.exit_codes import OK
-from executive.fleet import Fleet
-from executive.replay import scenario_of
-from executive.request import TaskRequest
-from executive.revising import TaskEffect
-from kb.store import KnowledgeBase, Proposal
-from kb.vocabulary import Kind
 
 
 def add_diff(commands: argparse._SubParsersAction[Any]) -> None:
@@ -33,43 +22,4 @@ def add_diff(commands: argparse._SubParsersAction[Any]) -> None:
     )
     diff.add_argument("--scenario", help="with --task: shipped scenario or TOML file (default: the site's own)")
     diff.add_argument("--json", action="store_true", help="print JSON")
-    diff.set_defaults(command=_diff)
-
-
-def _diff(options: argparse.Namespace) -> int:
-    if options.task:
-        scenario = scenario_of(options.scenario) if options.scenario else None
-        with Fleet.open(options.site, scenario=scenario, knowledge=options.old) as fleet:
-            live, knowledge = fleet.parts.live, fleet.parts.knowledge
-            proposal = knowledge.propose(knowledge.read(options.new))
-            _print(options, proposal, live.foresee(proposal, _requests(options.task, proposal)))
-        return OK
-    knowledge = KnowledgeBase(options.site, options.old)
-    try:
-        _print(options, knowledge.propose(knowledge.read(options.new)), ())
-    finally:
-        knowledge.close()
-    return OK
-
-
-def _requests(tasks: list[str], proposal: Proposal) -> dict[str, TaskRequest]:
-    """Requests as they are given; whether they make sense is part of the answer."""
-    robots = max(1, len(proposal.base.ontology.individuals(Kind.ROBOT)))
-    requests = {}
-    for task in tasks:
-        process, *given = task.split()
-        pairs = [pair.partition("=") for pair in given]
-        for name, equals, _ in pairs:
-            if not equals:
-                raise BadRequest("task", f"--task {task!r}: {name!r} is no argument; write name=value")
-        requests[task] = TaskRequest(process=process, arguments={n: v for n, _, v in pairs}, robots=robots)
-    return requests
-
-
-def _print(options: argparse.Namespace, proposal: Proposal, effects: tuple[TaskEffect, ...]) -> None:
-    if options.json:
-        told = {"difference": proposal.difference.as_data(), "tasks": [asdict(effect) for effect in effects]}
-        print(json.dumps(told, indent=2, ensure_ascii=False))
-        return
-    lines = [*proposal.difference.lines, *proposal.carry.sentences]
-    print("\n".join([*(lines or ["nothing is different"]), *(effect.text for effect in effects)]))
+    diff.set_defaults(command="executive.task_commands.diff:diff")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import shutil
+import textwrap
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -64,9 +65,10 @@ def _which(snapshot: Snapshot, robot: str | None, task: str | None) -> tuple[str
 
 
 def _matrix(found: Sequence[Readiness], who: Sequence[str], tasks: Sequence[str]) -> Iterator[str]:
-    """Robots by tasks, as many tasks beside one another as there is room for; then what is missing."""
+    """Robots by tasks, as many tasks beside one another as there is room for; then who lacks what."""
     cell = {(r.who, r.task): _WORDS[r.verdict] for r in found}
-    room = shutil.get_terminal_size().columns - max(map(len, (*who, "robot")))
+    columns = shutil.get_terminal_size().columns
+    room = columns - max(map(len, (*who, "robot")))
     shown: list[str] = []
     for task in tasks:
         if shown and sum(max(len(t), 7) + 2 for t in (*shown, task)) > room:
@@ -78,11 +80,13 @@ def _matrix(found: Sequence[Readiness], who: Sequence[str], tasks: Sequence[str]
     for readiness in found:
         for lack in readiness.lacks:
             asks = f" (asked for by {', '.join(lack.processes)})"
-            lacking.setdefault((readiness.who, lack.text + asks), []).append(readiness.task)
-    if lacking:
-        yield ""
-    for (robot, text), where in lacking.items():
-        yield f"{robot} in {', '.join(where)}: {text}"
+            lacking.setdefault((lack.text + asks, readiness.who), []).append(readiness.task)
+    alike: dict[tuple[str, tuple[str, ...]], list[str]] = {}
+    for (text, robot), where in lacking.items():
+        alike.setdefault((text, tuple(where)), []).append(robot)
+    for (text, at), robots in alike.items():
+        told = f"{', '.join(robots)} in {', '.join(at)}: {text}"
+        yield "\n" + textwrap.fill(told, columns, subsequent_indent="  ", break_on_hyphens=False)
 
 
 def _derivation(snapshot: Snapshot, found: Readiness) -> Iterator[str]:

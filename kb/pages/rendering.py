@@ -49,7 +49,8 @@ class Renderer:
         Args:
             root: What leads from the page to the folder of all: empty, or `../`.
         """
-        return self._templates.get_template(template).render(root=root, **values) + "\n"
+        here = template.removesuffix(".html")
+        return self._templates.get_template(template).render(root=root, here=here, **values) + "\n"
 
     def find(self, name: str, roles: str = "") -> str | None:
         """The entity that is meant by a name: one of these roles, in their order; None if none has a page.

@@ -14,6 +14,7 @@
             keeps_robot/2,              % ?Revision, ?Name
             claims/3,                   % ?Revision, ?Head, ?Resource
             odds/3,                     % ?Revision, ?Name, ?Odds
+            recursive/2,                % ?Revision, ?Name
             parameter/4                 % ?Revision, ?Head, ?Variable, ?Class
           ]).
 
@@ -32,16 +33,15 @@ processes are terms `Name(Argument, ...)` with the arguments in the order of the
     value(R, capacity, Resource, N) processes can do at once; one where there is no such value.
   - odds(R, Name, Odds): the process, which is one step, succeeds with this probability, in (0, 1].
   - keeps_robot(R, Name): a robot that does this composite process does nothing else meanwhile.
-  - agent(R, Head, Robot): a robot that does it; several do it together, the one that travels first.
-  - claims(R, Head, Resource): nobody else uses the resource meanwhile (as far as its capacity goes).
-  - odds(R, Name, Odds): how probable it is that the process succeeds, above 0 and at most 1.
+  - recursive(R, Name): the process may perform itself, through others or not; it can end, and comes to
+    itself only after a step.
   - parameter(R, Head, Variable, Class): a parameter of the process is an individual of Class.
   - fluent(R, Property, Subject, Value): what changes, as last told.
 */
 
 :- dynamic
     kind/3, value/4, fluent/4, definition/4, precondition/3, effect/4, duration/3, requires/3,
-    agent/3, keeps_robot/2, claims/3, odds/3, parameter/4.
+    agent/3, keeps_robot/2, claims/3, odds/3, recursive/2, parameter/4.
 
 %!  load_facts(+Facts:list, -Dict) is det.
 %
@@ -62,7 +62,7 @@ exported(kind/3).       exported(value/4).        exported(fluent/4).
 exported(definition/4). exported(precondition/3). exported(effect/4).
 exported(duration/3).   exported(requires/3).     exported(agent/3).
 exported(keeps_robot/2). exported(claims/3).       exported(odds/3).
-exported(parameter/4).
+exported(recursive/2).  exported(parameter/4).
 
 %!  drop_facts(+Revision, -Dict) is det.
 

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 from kb.terms import Struct, Term, Var
 from planner.checking.demands import Definitions, Demands
-from planner.checking.moment import Binding, CannotCheck, Knowledge, Moment, bound
+from planner.checking.knowledge import Knowledge
+from planner.checking.moment import Binding, CannotCheck, Moment, bound
 from planner.checking.remainder import DONE, Limited, Node, Ranked, Row, Running, Scope, Side, Todo, side
 
 Choices = Mapping[str, Sequence[str | int]]

@@ -147,16 +147,16 @@ class Demands:
 
     # What a process requires of a robot
 
-    def _required(self, name: str, position: int, above: tuple[str, ...]) -> set[str]:
+    def _required(self, name: str, position: int, above: tuple[tuple[str, int], ...]) -> set[str]:
         """The classes that a process asks of one of its robots, itself or through what it may come to perform."""
         own = set(self._names(Property.REQUIRES_CAPABILITY, name))
         own |= {self._processes[name].arguments[position].kind} - {Kind.ROBOT}
-        if name in self._definitions and name not in above:
+        if name in self._definitions and (name, position) not in above:
             parameters, body = self._definitions[name]
-            own |= self._asked(body, parameters[position], (*above, name))
+            own |= self._asked(body, parameters[position], (*above, (name, position)))
         return own
 
-    def _asked(self, program: Term, robot: Term, above: tuple[str, ...]) -> set[str]:
+    def _asked(self, program: Term, robot: Term, above: tuple[tuple[str, int], ...]) -> set[str]:
         match program:
             case Struct("call", (_, _, Struct(callee, arguments))):
                 takes = self._processes[callee].arguments
@@ -173,5 +173,5 @@ class Demands:
             case _:
                 return set()
 
-    def _all_asked(self, parts: Sequence[Term], robot: Term, above: tuple[str, ...]) -> set[str]:
+    def _all_asked(self, parts: Sequence[Term], robot: Term, above: tuple[tuple[str, int], ...]) -> set[str]:
         return set().union(*(self._asked(p, robot, above) for p in parts))

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from kb.terms import Struct, Term
 from planner.checking.constructs import Constructs
-from planner.checking.moment import Binding, CannotCheck, Knowledge, Moment, OnlyActingTells, bound
+from planner.checking.knowledge import Knowledge
+from planner.checking.moment import Binding, CannotCheck, Moment, OnlyActingTells, bound
 from planner.checking.remainder import DONE, Limited, Node, Ranked, Row, Running, Scope, Side, Todo, frame_of
 from planner.checking.starting import Refused, Stage
 

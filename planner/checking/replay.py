@@ -10,7 +10,8 @@ from kb.terms import Action, Data, Fluent, Term, Value
 from planner.checking.constructs import Constructs
 from planner.checking.demands import Demands
 from planner.checking.ending import Ending
-from planner.checking.moment import Knowledge, Moment
+from planner.checking.knowledge import Knowledge
+from planner.checking.moment import Moment
 from planner.checking.outstanding import Outstanding
 from planner.checking.remainder import Node, frames_of
 from planner.checking.start import Start, first_moment, goes_on, ms

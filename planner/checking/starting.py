@@ -9,7 +9,8 @@ from math import floor
 from kb.terms import Struct, Term, Var
 from kb.vocabulary import Property
 from planner.checking.demands import Demand, Demands
-from planner.checking.moment import Binding, Knowledge, Moment, OnlyActingTells, Run, bound, shown
+from planner.checking.knowledge import Knowledge
+from planner.checking.moment import Binding, Moment, OnlyActingTells, Run, bound, shown
 
 HERE = "here"
 """Where a robot is when the plan is made."""

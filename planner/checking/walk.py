@@ -13,7 +13,8 @@ from kb.terms import Action, Struct, Term
 from planner.checking.constructs import Constructs
 from planner.checking.demands import Demands
 from planner.checking.ending import Ending
-from planner.checking.moment import Binding, CannotCheck, Knowledge, Moment, OnlyActingTells, bound, shown
+from planner.checking.knowledge import Knowledge
+from planner.checking.moment import Binding, CannotCheck, Moment, OnlyActingTells, bound, shown
 from planner.checking.remainder import DONE, Limited, Node, Ranked, Row, Running, Scope, Side, Todo
 from planner.checking.starting import Refused, Stage, seconds
 

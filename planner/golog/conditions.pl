@@ -8,7 +8,7 @@
 
 /** <module> Conditions: what holds in a situation
 
-The terms stand in planner_syntax. planner/checking/moment.py says the same in Python; it shares no code.
+The terms stand in planner_syntax. planner/checking/knowledge.py says the same in Python; it shares no code.
 */
 
 :- use_module(library(lists)).

@@ -9,7 +9,7 @@
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(occurs), [sub_term/2]).
-:- use_module(kb_rules(facts), [definition/4]).
+:- use_module(kb_rules(facts), [definition/4, recursive/2]).
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(conditions)).
 :- use_module(planner_golog(actions)).
@@ -60,7 +60,7 @@ horizon_of_part(S, P, Ls) :- horizon(P, S, Ls).
 
 %!  may_halt(+Program, +Situation) is semidet.
 %
-%   Some execution of Program may come to a horizon.
+%   Some execution of Program may come to a horizon; of what performs itself, it is not looked into.
 
 may_halt(P, S) :-
     sub_term(T, P),
@@ -70,6 +70,9 @@ may_halt(P, S) :-
     ;   T = call(_, _, Head), nonvar(Head),
         \+ one_step(Head, _, S),
         revision(S, Revision),
-        definition(Revision, Head, _, Body),
-        may_halt(Body, S)
+        (   functor(Head, Name, _), recursive(Revision, Name)
+        ->  true
+        ;   definition(Revision, Head, _, Body),
+            may_halt(Body, S)
+        )
     ), !.

@@ -184,9 +184,16 @@ met(call(Frame, Step, Head0), In, Item) :-
     (   claims_of(Head, Resources, S), member(R, Resources), Item = claim(Id, R)
     ;   Inside == true, obstacle(Head, in(S, Names, Name, Below, Inside), O), Item = obstacle(O)
     ;   \+ one_step(Head, _, S),
+        \+ once_more(Name, In),
         expansion(Id, Head, S, Body),
         met(Body, in(S, Names, Name, Below, Inside), Item)
     ).
+
+%   What performs itself is looked into once.
+once_more(Name, in(S, _, Process, _, _)) :-
+    revision(S, Revision),
+    recursive(Revision, Name),
+    recursive(Revision, Process), !.
 
 taken(Id, Label, in(S, Names, Process, Below, Inside0), in(S, Names, Process, Below, Inside)) :-
     \+ excluded(Id, Label, S),

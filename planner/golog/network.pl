@@ -27,7 +27,7 @@ network is a relaxation. planner/network.py says the same in Python.
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(occurs), [sub_term/2]).
-:- use_module(kb_rules(facts), [agent/3, definition/4, duration/3, effect/4, keeps_robot/2, kind/3, precondition/3, value/4]).
+:- use_module(kb_rules(facts), [agent/3, definition/4, duration/3, effect/4, keeps_robot/2, kind/3, precondition/3, recursive/2, value/4]).
 :- use_module(kb_rules(capability), [capable/3]).
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(conditions)).
@@ -79,7 +79,8 @@ begun_by(Robot, Revision, choice(_, _, [P|Ps])) :- \+ ( member(Q, [P|Ps]), \+ be
 begun_by(Robot, Revision, call(_, _, Head)) :-
     (   duration(Revision, Head, _)
     ->  agent(Revision, Head, Agent), Agent == Robot
-    ;   definition(Revision, Head, _, Body), begun_by(Robot, Revision, Body)
+    ;   functor(Head, Name, _), \+ recursive(Revision, Name),
+        definition(Revision, Head, _, Body), begun_by(Robot, Revision, Body)
     ).
 
 robots(S, Robots) :-
@@ -163,7 +164,9 @@ expand(call(Frame, Step, Head0), In, Node) :-
     could(Head, Agents, In),
     (   one_step(Head, Duration, S)
     ->  step(Id, Head, Agents, Duration, S, Node)
-    ;   expansion(Id, Head, S, Body),
+    ;   revision(S, Revision), functor(Head, Name, _),
+        ( recursive(Revision, Name) -> no_network(recursion) ; true ),
+        expansion(Id, Head, S, Body),
         moved(Head, Agents, S, Ends),
         ( member(Place, Ends), Place \== none -> no_network(locatedAt(Head)) ; true ),
         expand(Body, In, N),

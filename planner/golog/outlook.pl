@@ -11,8 +11,10 @@
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(yall)).
+:- use_module(library(occurs), [sub_term/2]).
+:- use_module(library(ordsets)).
 :- use_module(library(pairs)).
-:- use_module(kb_rules(facts), [duration/3, effect/4]).
+:- use_module(kb_rules(facts), [duration/3, effect/4, recursive/2]).
 :- use_module(kb_rules(capability), [capable/3]).
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(conditions)).
@@ -109,6 +111,8 @@ low_call(Head, S, C, W) :-
     ->  shortest(Head, Duration, S, C),
         length(Agents, Together),
         W is Together * C
+    ;   recursive(Revision, Name)
+    ->  C = 0, W = 0                                % what it does once more is not looked into
     ;   expansion(low, Head, S, Body),
         low(Body, S, C, W)
     ).
@@ -137,14 +141,29 @@ expected_of(Head, Way, Once, S, Milliseconds) :-
 
 %!  calls(+Program, +Situation, -Heads) is det.
 %
-%   The calls that some execution may make, as far as they are known before acting: what travel times are
-%   needed for. Of robots that are alike one stands for all.
+%   The calls that some execution may make, as far as they are known before acting, and those under way: what
+%   travel times are needed for. Of robots that are alike one stands for all.
 
 calls(P, S, Heads) :-
     called(P, S, Names),
     alike(P, Names, S, Groups),
-    findall(Head, call_of(P, S, Groups, Head), Heads0),
-    sort(Heads0, Heads).
+    findall(Head, ( sub_term(T, P), nonvar(T), T = scope(_, Head, _) ), Begun0),
+    sort(Begun0, Begun),
+    calls([P], S, Groups, [], Called),
+    ord_union(Begun, Called, Heads).
+
+%   Of each process that may be called, the calls in its body, once.
+calls([], _, _, Heads, Heads) :- !.
+calls(Ps, S, Groups, Known0, Heads) :-
+    findall(Head, ( member(P, Ps), call_of(P, S, Groups, Head) ), Heads0),
+    sort(Heads0, Found),
+    ord_subtract(Found, Known0, New),
+    ord_union(Known0, New, Known),
+    revision(S, Revision),
+    findall(Body,
+            ( member(Head, New), \+ duration(Revision, Head, _), expansion(call, Head, S, Body) ),
+            Bodies),
+    calls(Bodies, S, Groups, Known, Heads).
 
 call_of([P|Ps], S, G, H) :- ( call_of(P, S, G, H) ; call_of(Ps, S, G, H) ).
 call_of(choice(_, _, Ps), S, G, H) :- call_of(Ps, S, G, H).
@@ -174,14 +193,8 @@ call_of(foreach(F, Step, Vs, C, Inner, P), S, G, H) :-
     asked(some(Vs, C), S, yes),
     instances(F, Step, Vs, C, Inner-P, S, Turns),
     call_of(Turns, S, G, H).
-call_of(scope(_, Head, P), S, G, H) :- ( H = Head ; call_of(P, S, G, H) ).
-call_of(call(_, _, Head), S, G, H) :-
-    (   H = Head
-    ;   revision(S, Revision),
-        \+ duration(Revision, Head, _),
-        expansion(call, Head, S, Body),
-        call_of(Body, S, G, H)
-    ).
+call_of(scope(_, _, P), S, G, H) :- call_of(P, S, G, H).
+call_of(call(_, _, Head), _, _, Head).
 
 members_of([], _).
 members_of([X-Class|Vars], S) :- member_of(Class, X, S), members_of(Vars, S).

@@ -1,9 +1,12 @@
 :- module(planner_revising,
           [ revised/4,                  % +Program, +Situation, -Program, -Situation
+            unfit/3,                    % +Program, +Situation, -Ids
+            released/4,                 % +Program, -Program, +Situation, -Situation
+            runs/2,                     % +Program, ?Id
             drop_all/3                  % +Program, +Situation, -Situation
           ]).
 
-/** <module> For-each after the world has changed
+/** <module> What is left to do, after the world or what is known of it has changed
 
 The turns of a for-each are those of when it was come to. When something that no action of ours did
 changes for which individuals its condition holds, or with which others, the turns are seen to again:
@@ -14,6 +17,7 @@ new individual is added. What is done stays done ([RoboEarth] 3.3.2).
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(occurs), [sub_term/2]).
+:- use_module(kb_rules(capability), [capable/3]).
 :- use_module(planner_golog(actions)).
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(transition)).
@@ -71,6 +75,52 @@ given_up(Id, Gone, P, Left, S0, S) :-
         drop_all(P, S0, S)
     ;   Left = [P], S = S0
     ).
+
+%!  unfit(+Program, +Situation, -Ids) is det.
+%
+%   The actions that run for the choice of a robot which is not capable of what it is to do next.
+
+unfit(P, S, Ids) :-
+    running(S, Runs),
+    findall(Id, ( sub_term(T, P), nonvar(T), T = picked(_-Robot, _, Chosen), must_not(Robot, Chosen, S),
+                  member(run(_, _, Id, _), Runs), runs(Chosen, Id) ), Found),
+    sort(Found, Ids).
+
+%!  released(+Program, -Program, +Situation, -Situation) is det.
+%
+%   Such a choice is open again, where nothing runs for it.
+
+released([P|Ps], [Q|Ps], S0, S) :- !, released(P, Q, S0, S).
+released(conc(Ps), conc(Qs), S0, S) :- !, foldl(released, Ps, Qs, S0, S).
+released(pconc(Ps), pconc(Qs), S0, S) :- !, foldl(released, Ps, Qs, S0, S).
+released(scope(I, H, P), scope(I, H, Q), S0, S) :- !, released(P, Q, S0, S).
+released(deadline(Ms, P), deadline(Ms, Q), S0, S) :- !, released(P, Q, S0, S).
+released(picked(Pick-X, Again, P), Q, S0, S) :- !,
+    (   must_not(X, P, S0), running(S0, Runs), \+ ( member(run(_, _, Id, _), Runs), runs(P, Id) )
+    ->  Q = Again, drop_all(P, S0, S)
+    ;   Q = picked(Pick-X, Again, R), released(P, R, S0, S)
+    ).
+released(P, P, S, S).
+
+must_not(Robot, Chosen, S) :-
+    revision(S, Revision),
+    sub_term(Next, Chosen), nonvar(Next), Next = call(_, _, Head), nonvar(Head),
+    agents_of(Head, Agents, S),
+    member(Agent, Agents), Agent == Robot,
+    functor(Head, Name, _),
+    \+ capable(Revision, Name, Robot), !.
+
+%!  runs(+Program, ?Id) is nondet.
+%
+%   An action runs there.
+
+runs([P|_], Id) :- runs(P, Id).
+runs(conc(Ps), Id) :- member(P, Ps), runs(P, Id), !.
+runs(pconc(Ps), Id) :- member(P, Ps), runs(P, Id), !.
+runs(scope(_, _, P), Id) :- runs(P, Id).
+runs(picked(_, _, P), Id) :- runs(P, Id).
+runs(deadline(_, P), Id) :- runs(P, Id).
+runs(running(Id), Id).
 
 %!  drop_all(+Program, +Situation, -Situation) is det.
 %

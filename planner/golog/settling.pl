@@ -14,7 +14,7 @@ another branch (planner_influence:waits/2), all of it is looked at.
 :- use_module(library(assoc)).
 :- use_module(library(ordsets)).
 :- use_module(library(occurs), [sub_term/2]).
-:- use_module(kb_rules(facts), [definition/4]).
+:- use_module(kb_rules(facts), [definition/4, recursive/2]).
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(actions)).
 :- use_module(planner_golog(guide)).
@@ -100,8 +100,11 @@ repeats(P, S) :-
     ;   T = call(_, _, Head), nonvar(Head),
         \+ one_step(Head, _, S),
         revision(S, Revision),
-        definition(Revision, Head, _, Body),
-        repeats(Body, S)
+        (   functor(Head, Name, _), recursive(Revision, Name)
+        ->  true
+        ;   definition(Revision, Head, _, Body),
+            repeats(Body, S)
+        )
     ), !.
 
 %   Interrupts alone wait for nothing any more.

@@ -7,6 +7,7 @@
             retry/2,                    % +Failure, -Dict
             observe/2,                  % +Change, -Dict
             rebase/2,                   % +Change, -Dict
+            release/2,                  % +Ending, -Dict
             fork_session/2              % +Fork, -Dict
           ]).
 
@@ -19,8 +20,6 @@ its key. These are entries of planner/planner.py (see kb/prolog.py); plans are m
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(yall)).
-:- use_module(library(occurs), [sub_term/2]).
-:- use_module(kb_rules(capability), [capable/3]).
 :- use_module(kb_rules(facts), [kind/3]).
 :- use_module(planner_golog(syntax)).
 :- use_module(planner_golog(actions)).
@@ -182,31 +181,30 @@ go_on_revised(Anew, Session, P, S0, Dict) :-
 %   Change is rebased(Session, Now, Revision, Forgotten, Anew): from now on another revision of the knowledge is
 %   what holds, in which the programs of what is left to do are the same. Forgotten are the Property-Subject pairs
 %   whose values are those of the revision again. Anew: the plan rests on something else, whatever the turns are.
-%   Dict.unfit tells which actions are run by robots that are no longer capable of what they are to do next: they
-%   end as they began; to be reported as failed then, so that the robot is chosen anew.
+%   A robot that is no longer capable of what it is to do next is chosen anew: at once if it is idle; Dict.unfit
+%   tells the actions that are to end before, as they began, and be given to release/2 then.
 
 rebase(rebased(Session, Now, Revision, Forgotten, Anew0), Dict) :-
     kept(Session, P0, S0),
-    moved(Now, Revision, Forgotten, P0, S0, P, S1),
-    findall(Id, unfit(P, S1, Id), Unfit0),
-    sort(Unfit0, Unfit),
+    moved(Now, Revision, Forgotten, P0, S0, P1, S1),
+    unfit(P1, S1, Unfit),
+    released(P1, P, S1, S),
     ( P == P0, Unfit == [] -> Anew = Anew0 ; Anew = true ),
-    go_on_revised(Anew, Session, P, S1, Dict0),
+    go_on_revised(Anew, Session, P, S, Dict0),
     ( Unfit == [] -> Replan = Anew ; Replan = false ),
     Dict = Dict0.put(_{unfit: Unfit, replan: Replan}).
 
-unfit(P, S, Id) :-
-    revision(S, Revision),
-    running(S, Runs),
-    member(run(_, Agents, Id, _), Runs),
-    sub_term(T, P), nonvar(T), T = picked(_-Robot, _, Chosen),
-    memberchk(Robot, Agents),
-    runs(Chosen, Id),
-    sub_term(Next, Chosen), nonvar(Next), Next = call(_, _, Head), nonvar(Head),
-    agents_of(Head, Doing, S),
-    member(Agent, Doing), Agent == Robot,
-    functor(Head, Name, _),
-    \+ capable(Revision, Name, Robot).
+%!  release(+Ending, -Dict) is det.
+%
+%   Ending is ended(Session, Now, Id): an action has ended, well or not, whose robot must not go on. The choice of
+%   that robot is open again as soon as nothing runs for it.
+
+release(ended(Session, Now, Id), _{}) :-
+    kept(Session, P0, S0),
+    at_time(S0, Now, S1),
+    stop(Id, S1, S2),
+    released(P0, P, S2, S),
+    keep(Session, P, S).
 
 moved(Now, Revision, Forgotten, P0, S0, P, S) :-
     at_time(S0, Now, S1),
@@ -216,13 +214,16 @@ moved(Now, Revision, Forgotten, P0, S0, P, S) :-
 
 %!  fork_session(+Fork, -Dict) is det.
 %
-%   Fork is fork(Session, Copy, Now, Revision, Forgotten): a copy to look ahead from, as if rebased; the session
-%   itself stays as it is.
+%   Fork is fork(Session, Copy, Now, Revision, Forgotten): a copy to look ahead from, as if rebased, and as if what
+%   must end before a robot is chosen anew had ended; the session itself stays as it is.
 
 fork_session(fork(Session, Copy, Now, Revision, Forgotten), _{}) :-
     kept(Session, P0, S0),
-    moved(Now, Revision, Forgotten, P0, S0, P, S1),
-    take_log(S1, _, S),
+    moved(Now, Revision, Forgotten, P0, S0, P1, S1),
+    unfit(P1, S1, Unfit),
+    foldl(stop, Unfit, S1, S2),
+    released(P1, P, S2, S3),
+    take_log(S3, _, S),
     keep(Copy, P, S).
 
 %!  retry(+Failure, -Dict) is det.
@@ -238,11 +239,12 @@ retry(failed(Session, Now, Id), _{retry: Retry, excluded: Excluded, events: Rows
     (   reopened(P, Id, P1, Pick, X, GivenUp)
     ->  exclude(Pick, X, S2, S3),
         drop_all(GivenUp, S3, S4),
-        set_data(awaiting, true, S4, S5),
-        drop(planned, S5, S6),
-        take_log(S6, Events, S),
+        released(P1, P2, S4, S5),
+        set_data(awaiting, true, S5, S6),
+        drop(planned, S6, S7),
+        take_log(S7, Events, S),
         findall(Row, ( member(Event, Events), event_row(Event, S, Row) ), Rows),
-        keep(Session, P1, S),
+        keep(Session, P2, S),
         Retry = true, Excluded = X
     ;   keep(Session, P, S2),
         Retry = false, Excluded = null, Rows = []
@@ -263,11 +265,3 @@ reopened(picked(PickId-Picked, Again, P), Id, Q, Pick, X, G) :-
 
 reopened_one([P|Ps], Id, [Q|Ps], Pick, X, G) :- reopened(P, Id, Q, Pick, X, G), !.
 reopened_one([P|Ps], Id, [P|Qs], Pick, X, G) :- reopened_one(Ps, Id, Qs, Pick, X, G).
-
-runs([P|_], Id) :- runs(P, Id).
-runs(conc(Ps), Id) :- member(P, Ps), runs(P, Id), !.
-runs(pconc(Ps), Id) :- member(P, Ps), runs(P, Id), !.
-runs(scope(_, _, P), Id) :- runs(P, Id).
-runs(picked(_, _, P), Id) :- runs(P, Id).
-runs(deadline(_, P), Id) :- runs(P, Id).
-runs(running(Id), Id).

@@ -62,7 +62,7 @@ was, star(Frame, Step, P, Times) and any_order(Frame, Step, [Number-P, ...], Par
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(occurs), [sub_term/2]).
-:- use_module(kb_rules(facts), [definition/4, duration/3]).
+:- use_module(kb_rules(facts), [definition/4, duration/3, recursive/2]).
 
 :- multifile prolog:error_message//1.
 
@@ -71,7 +71,8 @@ prolog:error_message(malformed_program(Term, Wanted)) -->
 
 %!  well_formed(+Revision, +Head) is det.
 %
-%   The process exists, its body and all that it calls are well-formed, and none comes back to itself.
+%   The process exists, its body and all that it calls are well-formed, and none comes back to itself but those
+%   of which it is known that they may.
 %
 %   @error malformed_program(Subterm, Wanted)
 
@@ -83,7 +84,7 @@ well_formed(Revision, Head) :-
 well_formed(Process, Revision, Trail, Done0, Done) :-
     (   memberchk(Process, Trail)
     ->  Process = Name/_,
-        refuse(Name, 'a process that does not come back to itself')
+        ( recursive(Revision, Name) -> Done = Done0 ; refuse(Name, 'a process that does not come back to itself') )
     ;   memberchk(Process, Done0)
     ->  Done = Done0
     ;   Process = Name/Arity,

@@ -193,8 +193,8 @@ final(foreach(F, Step, Vs, C, Inner, P), S, S1) :-
 final(call(Frame, Step, Head0), S, S1) :-           % a composite process that has nothing to do
     bound_head(Head0, S, Head),
     \+ one_step(Head, _, S),
-    permitted(Head, S),
     step_id(Frame, Step, Id),
+    may_begin(Id, Head, _, S),
     expansion(Id, Head, S, Body),
     final(Body, S, S0),
     close_scope(Id, Head, S0, S1).

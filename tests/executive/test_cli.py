@@ -13,8 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from executive import Fleet, cli
+from executive import Fleet
 from executive.cli import main
+from executive.task_commands import run
+from executive.task_commands.asked import open_fleet
 from executive.trace import TaskFinished, TraceEvent, narrate, read_trace
 from grounding.inprocess import Service
 
@@ -146,13 +148,12 @@ def test_an_interrupt_within_a_call_cancels_the_task(
     def interrupt(fields: Mapping[str, object]) -> Mapping[str, object]:
         raise KeyboardInterrupt
 
-    def open_with_interrupt(options: argparse.Namespace, trace: Path | None) -> Fleet:
-        fleet = opened(options, trace)
+    def open_with_interrupt(options: argparse.Namespace, trace: Path, **files: Path | None) -> Fleet:
+        fleet = open_fleet(options, trace, **files)
         fleet.parts.transport.offer("/amigo_1/laser", Service(handler=interrupt, latency_s=0.0))
         return fleet
 
-    opened = cli._open
-    monkeypatch.setattr(cli, "_open", open_with_interrupt)
+    monkeypatch.setattr(run, "open_fleet", open_with_interrupt)
     assert main(["run", "Localize", "robot=amigo_1", "area=tue_lab", "--out", str(tmp_path)]) == 130
     canceled(list(read_trace(tmp_path / "trace.jsonl")))
     assert {path.name for path in tmp_path.iterdir()} == {"trace.jsonl", "gantt.png", "top_view.png"}

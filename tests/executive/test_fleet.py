@@ -201,3 +201,12 @@ def test_one_fleet_goes_on_when_another_is_closed(fleet: Fleet) -> None:
     with Fleet.open("tue_lab") as other:
         localize(other)
     assert task.wait().status is TaskStatus.COMPLETED
+
+
+def test_when_all_is_done_nothing_is_left_to_happen() -> None:
+    """No timeout of a call that has long been answered keeps the clock going."""
+    with Fleet.open("tue_lab") as fleet:
+        fleet.request("Localize", robot="amigo_1", area="tue_lab").wait()
+        done_s = fleet.now_s
+        assert not fleet.parts.clock.run_until(lambda: False)
+        assert fleet.now_s == done_s

@@ -54,6 +54,23 @@ def test_all_sites_are_checked(knowledge: Path, capsys: pytest.CaptureFixture[st
     assert capsys.readouterr().err.count("KB163") == 1
 
 
+def test_a_folder_without_sites_is_not_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A path that is misspelt, in a script, must not pass."""
+    assert checked("--all-sites", "--knowledge", str(tmp_path / "nowhere")) == 2
+    assert "there is no site in" in capsys.readouterr().err
+
+
+def test_a_file_that_no_site_reads_is_told_once(knowledge: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Whatever site is checked, and however many; only --strict minds."""
+    second_site(knowledge)
+    text = (knowledge / AMIGO).read_text(encoding="utf-8").replace("amigo.owl", "third.owl")
+    (knowledge / "robots" / "third.owl").write_text(text, encoding="utf-8")
+    for sites in (("--all-sites",), ("--site", "annex")):
+        assert checked(*sites, "--knowledge", str(knowledge)) == 0
+        assert capsys.readouterr().err.count("third.owl KB010 warning") == 1
+    assert checked("--strict", "--knowledge", str(knowledge)) == 2
+
+
 def test_what_does_not_depend_on_a_fault_is_told_with_it(knowledge: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A misspelt term hides what others lack no more."""
     renamed(SITE, "drink_1", "core:isEmpty", "core:isEmty")(knowledge)

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import shutil
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 
 from executive.cli import main
 from executive.kb_commands.tables import table
+from kb.files import SHIPPED
 
 ROBOTS = "SELECT ?robot ?place { ?robot a core:Robot ; core:locatedAt ?place }"
 
@@ -70,6 +72,43 @@ def test_what_is_wrong_ends_with_2(arguments: list[str], told: str, capsys: pyte
     assert told in captured.err
 
 
+def test_a_misspelt_name_is_told_where_errors_go(capsys: pytest.CaptureFixture[str]) -> None:
+    """The answer is as it is."""
+    assert main(["kb", "ask", "SELECT ?x { ?x a core:Robott }"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out == "nothing\n"
+    assert captured.err == "concertmaster: no file names core:Robott; did you mean core:Robot?\n"
+
+
+def test_what_is_not_whole_can_be_asked_about(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A site that no fleet can use, as a grounding lacks its time limit; but not one that contradicts itself."""
+    folder = Path(shutil.copytree(SHIPPED, tmp_path / "ontologies"))
+    groundings = folder / "tasks" / "groundings.owl"
+    lines = groundings.read_text(encoding="utf-8").splitlines(keepends=True)
+    groundings.write_text("".join(line for line in lines if "timeout_s" not in line), encoding="utf-8")
+    assert main(["kb", "check", "--knowledge", str(folder)]) == 2
+    capsys.readouterr()
+    lacking = "ASK { groundings:Laser_service a core:Grounding FILTER NOT EXISTS { ?g core:timeout_s ?t } }"
+    assert main(["kb", "ask", lacking, "--knowledge", str(folder)]) == 0
+    assert capsys.readouterr().out == "yes\n"
+    site = folder / "sites" / "tue_lab" / "tue_lab.owl"
+    text = site.read_text(encoding="utf-8")
+    sofa = '<rdf:type rdf:resource="http://example.org/concertmaster/core.owl#Sofa"/>'
+    beer = '<rdf:type rdf:resource="http://example.org/concertmaster/objects.owl#Beer"/>'
+    assert beer in text
+    site.write_text(text.replace(beer, beer + sofa), encoding="utf-8")
+    assert main(["kb", "ask", "ASK {}", "--knowledge", str(folder)]) == 2
+    assert "KB301" in capsys.readouterr().err
+
+
+def test_a_query_file_that_is_no_text_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """With its name."""
+    file = tmp_path / "query.rq"
+    file.write_bytes(b"SELECT \xff")
+    assert main(["kb", "ask", f"@{file}"]) == 2
+    assert f"concertmaster: {file} is not UTF-8 text" in capsys.readouterr().err
+
+
 def test_too_many_rows_are_said(capsys: pytest.CaptureFixture[str]) -> None:
     """Where errors go, so that scripts get clean rows."""
     assert main(["kb", "ask", "SELECT * { ?s ?p ?o }", "--rows", "3", "--format", "csv"]) == 0
@@ -90,6 +129,23 @@ def test_explain_prints_the_matrix(monkeypatch: pytest.MonkeyPatch, capsys: pyte
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= 30
     assert len([line for line in lines if line.startswith("robot")]) > 1
+
+
+def test_what_is_missing_is_told_once_for_all_who_lack_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Robots and classes that lack the same for the same tasks, in lines that fit the terminal."""
+    folder = Path(shutil.copytree(SHIPPED, tmp_path / "ontologies"))
+    pico = folder / "robots" / "pico.owl"
+    pico.write_text(pico.read_text(encoding="utf-8").replace('core.owl#Kinect"', 'core.owl#LaserScanner"'), "utf-8")
+    monkeypatch.setenv("COLUMNS", "60")
+    assert main(["kb", "explain", "--knowledge", str(folder)]) == 0
+    told = capsys.readouterr().out
+    assert max(map(len, told.splitlines())) <= 60
+    assert " ".join(told.split("\n\n")[-1].split()) == (
+        "pico_1, Pico in FindEachDrink, FindEmptyDrink, SearchDrink: it is no RobotWithKinect (hasSensor some Kinect) "
+        "(asked for by Kinect)"
+    )
 
 
 def test_explain_derives_a_single_answer(capsys: pytest.CaptureFixture[str]) -> None:

@@ -35,3 +35,14 @@ def test_a_mistake_within_a_service_is_not_taken_for_its_failure() -> None:
     transport.offer("/greet", Service(handler=mistaken, latency_s=0.5))
     with pytest.raises(KeyError, match="missing"):
         transport.call(CALL, lambda reply: None)
+
+
+def test_an_unknown_service_is_told_with_the_known() -> None:
+    """They are few, and nobody's secret."""
+    clock, replies = SimClock(), list[ServiceReply]()
+    transport = InProcessTransport(clock)
+    for name in ("/wave", "/bow"):
+        transport.offer(name, Service(handler=lambda fields: {}, latency_s=0.5))
+    transport.call(CALL, replies.append)
+    clock.run_until(lambda: False)
+    assert replies[0].reason == "there is no service /greet; there is /bow, /wave"

@@ -118,3 +118,14 @@ def test_no_status_but_success_counts_as_one() -> None:
     """All others are told by their names."""
     assert [status for status in OutcomeStatus if status is OutcomeStatus.SUCCEEDED] == [OutcomeStatus.SUCCEEDED]
     assert all(status.value == status.name for status in OutcomeStatus)
+
+
+@pytest.mark.parametrize(
+    ("failure", "status"), [("Lost", OutcomeStatus.LOST), ("BadReply", OutcomeStatus.POSTCONDITION_FAILED)]
+)
+def test_failures_of_the_transport_have_a_status_of_their_own(failure: str, status: OutcomeStatus) -> None:
+    """They say nothing about what the service did."""
+    outcome = interpret(
+        reply({}, failure=failure, reason="gone"), GROUNDING, service="/compute/vel_cmd", elapsed_s=0.25
+    )
+    assert (outcome.status, outcome.failure, outcome.reason) == (status, failure, "gone")

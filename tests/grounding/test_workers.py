@@ -75,8 +75,8 @@ def _forget() -> None:
 
 @pytest.fixture(scope="module")
 def workers(package: None) -> Iterator[Workers]:
-    """Two workers that may have 2 GB each, see one variable, and read the files of one site."""
-    pool = Workers(WorkerSettings(environment={"MAP_TOKEN": "s3cret"}), _SITE)
+    """Two workers that may have 2 GB each and see one variable."""
+    pool = Workers(WorkerSettings(environment={"MAP_TOKEN": "s3cret"}))
     yield pool
     pool.close()
 
@@ -151,22 +151,26 @@ def test_workers_that_crash_hang_or_hoard_cost_their_own_calls_only(workers: Wor
 def test_a_worker_sees_what_is_meant_for_it(workers: Workers, monkeypatch: pytest.MonkeyPatch) -> None:
     """The variable that its site has; not those of who starts it."""
     monkeypatch.setenv("OTHER_TOKEN", "not for you")
-    pool = Workers(WorkerSettings(count=1, environment={"MAP_TOKEN": "s3cret"}), None)
+    pool = Workers(WorkerSettings(count=1, environment={"MAP_TOKEN": "s3cret"}))
     seen = [_submit(pool, "see", variable=name).result(timeout=120.0)["value"] for name in ("MAP_TOKEN", "OTHER_TOKEN")]
     pool.close()
     assert seen == ["s3cret", ""]
 
 
-@pytest.mark.parametrize("file", ["/etc/passwd", str(_SITE / ".." / "objects.owl")])
-def test_files_of_others_are_refused(workers: Workers, file: str) -> None:
-    """Also where the way to them begins in the site's folder."""
-    code, told = _failure(_submit(workers, "nav_map", map_file=file, radius_m=0.35))
-    assert (code, "is not in" in told) == ("BadInput", True)
+@pytest.mark.parametrize("file", ["/etc/passwd", str(_SITE / ".." / "objects.owl"), "navMap.yaml"])
+@pytest.mark.parametrize("place", ["here", "workers"])
+def test_files_of_others_are_refused(package: None, file: str, place: str) -> None:
+    """Also where the way to them begins in the site's folder, and wherever the service runs."""
+    placed = Placed(ComputeSettings(places={"/compute/nav_map": place}))
+    placed.allow(_SITE)
+    code, told = _failure(_submit(placed, "nav_map", map_file=file, radius_m=0.35))
+    assert (code, f"is not in {_SITE}, where files of this site are" in told) == ("BadInput", True)
+    placed.close()
 
 
 def test_more_calls_than_may_wait_are_refused(package: None) -> None:
     """At once and with the reason; those that were taken go on."""
-    pool = Workers(WorkerSettings(count=1, waiting=1), None)
+    pool = Workers(WorkerSettings(count=1, waiting=1))
     taken = [_submit(pool, "double", number=float(n)) for n in range(2)]
     refused = _submit(pool, "double", number=2.0)
     assert refused.done()
@@ -177,7 +181,7 @@ def test_more_calls_than_may_wait_are_refused(package: None) -> None:
 
 def test_closing_ends_what_runs(package: None) -> None:
     """A call that hangs ends with the reason, and nothing is left running."""
-    pool = Workers(WorkerSettings(count=1), None)
+    pool = Workers(WorkerSettings(count=1))
     assert _submit(pool, "double", number=1.0).result(timeout=120.0)["twice"] == 2.0
     hanging = _submit(pool, "hang")
     pool.close()
@@ -186,7 +190,7 @@ def test_closing_ends_what_runs(package: None) -> None:
 
 def test_services_run_where_the_settings_say(package: None) -> None:
     """One here, one in a worker, which is not started before it is needed."""
-    placed = Placed(ComputeSettings(places={"/compute/see": "workers"}), _SITE)
+    placed = Placed(ComputeSettings(places={"/compute/see": "workers"}))
     assert _submit(placed, "double", number=2.0).result()["process"] == os.getpid()
     assert _submit(placed, "see", variable="MAP_TOKEN").result(timeout=120.0) == {"value": ""}
     placed.close()

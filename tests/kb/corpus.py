@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from tests.kb.faults import Fault
+from tests.kb.test_failure_faults import FAILURES
 from tests.kb.test_faults import QUICK, REASONED
-from tests.kb.test_file_faults import FILES
+from tests.kb.test_file_faults import FILES, UNUSED
 from tests.kb.test_idle_faults import DOUBTS
 from tests.kb.test_kind_faults import KINDS
 from tests.kb.test_program_faults import GROUPS
@@ -14,6 +15,8 @@ CORPUS: list[Fault] = [
     *QUICK,
     *KINDS,
     *FILES,
+    *UNUSED,
+    *FAILURES,
     *REASONED,
     *(case for group in [*GROUPS, *DOUBTS, *RULES] for case in group),
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from tests.kb.process_graphs import DOORS, Graph, Node, Program, Ref
+from tests.kb.process_graphs import DOORS, ROBOTS, SKILLED, TOKENS, Graph, Node, Program, Ref
 
 MOST_EXECUTIONS = 300
 
@@ -22,19 +22,34 @@ def executions(program: Program) -> set[Counts]:
     Raises:
         TooMany: A tree iterates, or has more than `MOST_EXECUTIONS`.
     """
-    return _executions(program.whole, program.recipes, "door_1")
+    return _performed("Main", program.whole, program, ROBOTS[0], "door_1")
 
 
-def _executions(node: Node, recipes: tuple[Node, ...], door: str) -> set[Counts]:
-    def inner(child: Node, at: str = door) -> set[Counts]:
-        return _executions(child, recipes, at)
+def _performed(process: str, tree: Node, program: Program, robot: str, door: str) -> set[Counts]:
+    """What a robot may do that is to do a process."""
+    return _executions(tree, program, robot, door) if _may(process, program, robot) else set()
+
+
+def _executions(node: Node, program: Program, robot: str, door: str) -> set[Counts]:
+    def inner(child: Node, at: str = door, by: str = robot) -> set[Counts]:
+        return _executions(child, program, by, at)
 
     match node.kind:
         case "Perform":
             if node.value == "Part":
-                return _few(set[Counts]().union(*map(inner, recipes)))
+                if not _may("Part", program, robot):
+                    return set()
+                recipes = program.of_part.items()
+                return _few(set[Counts]().union(*(_performed(n, tree, program, robot, door) for n, tree in recipes)))
+            if node.value == "Again" and not _may("Again", program, robot):
+                return set()
+            if node.value == "Again":
+                each, last = program.again
+                turn = [_once("Spend"), inner(each)]
+                several = [_all([*(turn * n), _once("Check"), inner(last)]) for n in range(1, len(TOKENS) + 1)]
+                return _few(set[Counts]().union(*several))
             possible = node.value != "Pass" or DOORS[door][0]
-            return {((str(node.value), 1),)} if possible else set()
+            return _once(str(node.value)) if possible else set()
         case "Choice":
             return _few(set[Counts]().union(*map(inner, node.parts)))
         case "IfThenElse":
@@ -51,8 +66,46 @@ def _executions(node: Node, recipes: tuple[Node, ...], door: str) -> set[Counts]
             return {()}  # after a Look, and as nothing is that wide
         case "Iterate":
             raise TooMany
+        case "Pick" if node.over == "robot":
+            return _few(set[Counts]().union(*(inner(node.parts[0], by=r) for r in ROBOTS)))
         case _:
             return _all(map(inner, node.parts))
+
+
+def _may(process: str, program: Program, robot: str) -> bool:
+    """Whether a robot has what a process requires: itself, and by all that it may come to but for choices."""
+    return robot == SKILLED or not _requires(process, program)
+
+
+def _requires(process: str, program: Program) -> bool:
+    match process:
+        case "Part":
+            return all(_requires(recipe, program) for recipe in program.of_part)
+        case "Again":
+            return process in program.skilled or all(_asks(tree, program) for tree in program.again)
+        case "Main":
+            return _asks(program.whole, program)
+        case _:
+            return process in program.skilled or _asks(program.of_part[process], program)
+
+
+def _asks(node: Node, program: Program) -> bool:
+    """Whether part of a process requires a skilled robot of who does the process."""
+    match node.kind:
+        case "Perform":
+            return node.value in ("Part", "Again") and _requires(str(node.value), program)
+        case "Choice":
+            return all(_asks(part, program) for part in node.parts)
+        case "Iterate":
+            return False  # it may be done no time
+        case "Pick" if node.over == "robot":
+            return False  # of another one
+        case _:
+            return any(_asks(part, program) for part in node.parts)
+
+
+def _once(process: str) -> set[Counts]:
+    return {((process, 1),)}
 
 
 def _all(each: Iterable[set[Counts]]) -> set[Counts]:
@@ -122,6 +175,30 @@ def _named(graph: Graph, construct: str) -> list[str]:
 
 def _links(rows: Sequence[tuple[str, object]], prop: str) -> list[str]:
     return [value.name for key, value in rows if key == f"core:{prop}" and isinstance(value, Ref)]
+
+
+def apart(graph: Graph) -> set[tuple[str, str]]:
+    """Steps and for-eaches of one process that never overlap, by name: those in different parts of an any-order."""
+    pairs = set()
+    for rows in graph.rows.values():
+        if str(rows[0][1]).endswith("#AnyOrder"):
+            parts = [_named(graph, part) for part in _links(rows, "hasStep")]
+            pairs |= {(a, b) for n, one in enumerate(parts) for other in parts[:n] for a in one for b in other}
+    return pairs
+
+
+def overlapping(
+    starts: Mapping[str, int], ends: Mapping[str, int], pairs: set[tuple[str, str]]
+) -> list[tuple[str, str]]:
+    """Actions, by id, that overlap though they are never to.
+
+    Args:
+        starts: When each has started; none twice.
+        ends: When each has ended, of those that have.
+    """
+    either_way = pairs | {(b, a) for a, b in pairs}
+    one_way = set(misordered(starts, ends, either_way))
+    return [(a, b) for a, b in one_way if (b, a) in one_way]
 
 
 def misordered(

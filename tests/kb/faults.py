@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from kb import validation
+from kb.checking import check_folder
 from kb.codes import CODES
 from kb.files import read_files
 from kb.problems import OntologyRejected, Problem
@@ -133,10 +134,11 @@ def problems_of(folder: Path) -> list[Problem]:
 
 def all_told(folder: Path) -> list[Problem]:
     """All that is said of a folder of ontologies, whether it can be used or not."""
+    unused = check_folder(folder)
     try:
-        return list(read_revision("tue_lab", folder).warnings)
+        return [*unused, *read_revision("tue_lab", folder).warnings]
     except OntologyRejected as rejected:
-        return rejected.problems
+        return [*unused, *rejected.problems]
 
 
 def told_before_reasoning(folder: Path) -> list[Problem]:

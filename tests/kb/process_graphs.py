@@ -23,7 +23,11 @@ from kb.vocabulary import CORE, CORE_IRI
 NAMESPACE = "http://example.org/concertmaster/random.owl#"
 DOORS = {"door_1": (True, 0.9, "room_1"), "door_2": (False, 0.8, "room_1"), "door_3": (True, 0.7, "room_2")}
 """Whether it is open, how wide it is (m), and in which room."""
+TOKENS = ("token_1", "token_2")
+"""What can be spent once."""
 ROBOTS = ("ann", "bob")
+SKILLED = "bob"
+"""The robot with the capability that some processes require."""
 ARGUMENTS = ("ann", "door_1", "room_1")
 """Of a request for Main."""
 
@@ -34,37 +38,51 @@ class Node:
 
     Attributes:
         value: Of a Perform the process, of a condition what it compares with.
-        over: The number of the local that a ForEach, Pick or Interrupt goes over.
+        over: What a Pick goes over: robots, or tokens.
     """
 
     kind: str
     parts: tuple[Node, ...] = ()
     condition: Node | None = None
     value: str | float | bool = ""
-    over: int = 0
+    over: str = "robot"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Program:
-    """What is drawn: the task type Part, with the recipes Part_a and Part_b or the first alone, and Main.
+    """What is drawn: the task type Part, with the recipes Part_a and Part_b or the first alone, Again, and Main.
 
     Attributes:
-        whole: Of Main, which may perform Part.
+        again: What Again does every turn, and at its end: it spends a token and performs itself then, or ends where
+            the last token is spent.
+        skilled: The composite processes that require the capability that bob alone has.
+        whole: Of Main, which may perform Part and begin with Again.
     """
 
     recipes: tuple[Node, ...]
+    again: tuple[Node, Node]
+    skilled: frozenset[str]
     whole: Node
 
     @property
     def composites(self) -> dict[str, Node]:
         """The trees of all composite processes, by name."""
-        return {**dict(zip(("Part_a", "Part_b"), self.recipes, strict=False)), "Main": self.whole}
+        each, last = self.again
+        once_more = _in_turn(Node("Pick", (_SPEND,), over="token"), each, Node("Perform", value="Again"))
+        return {**self.of_part, "Again": Node("Choice", (_in_turn(_CHECK, last), once_more)), "Main": self.whole}
+
+    @property
+    def of_part(self) -> dict[str, Node]:
+        """The recipes of Part, by name."""
+        return dict(zip(("Part_a", "Part_b"), self.recipes, strict=False))
 
 
 # ------------------------------------------------------------------------------------------- strategies
 
 _LOOK = Node("Perform", value="Look")
 _BEEP = Node("Perform", value="Beep")
+_SPEND = Node("Perform", value="Spend")
+_CHECK = Node("Perform", value="Check")
 _SEEN = Node("IsTrue")
 _NEVER = Node("AllOf", (Node("Holds", value=True), Node("Compare", value=99.0)))
 
@@ -122,14 +140,20 @@ def _alternatives(inner: st.SearchStrategy[Node]) -> dict[str, st.SearchStrategy
 
 _atomic = st.sampled_from(["Beep", "Count", "Pass"]).map(lambda name: Node("Perform", value=name))
 _flat = st.one_of(_atomic, *_alternatives(_atomic).values())
-_flat_or_part = st.one_of(_atomic, st.just(Node("Perform", value="Part")), *_alternatives(_atomic).values())
+_part = st.just(Node("Perform", value="Part"))
+_flat_or_part = st.booleans().flatmap(lambda part: _part if part else _flat)  # as often the one as the other
 
 
 def _programs(whole: st.SearchStrategy[Node]) -> st.SearchStrategy[Program]:
-    return st.builds(Program, recipes=st.lists(_flat, min_size=1, max_size=2).map(tuple), whole=whole)
+    recipes = st.lists(_flat, min_size=1, max_size=2).map(tuple)
+    skilled = st.frozensets(st.sampled_from(["Part_a", "Part_b", "Again"]), max_size=2)
+    return st.builds(Program, recipes=recipes, again=st.tuples(_atomic, _flat), skilled=skilled, whole=whole)
 
 
-PROGRAMS_WITH = {name: _programs(whole) for name, whole in _alternatives(_flat_or_part).items()}
+PROGRAMS_WITH = {
+    **{name: _programs(whole) for name, whole in _alternatives(_flat_or_part).items()},
+    "what performs itself": _programs(_flat_or_part.map(lambda rest: _in_turn(Node("Perform", value="Again"), rest))),
+}
 """Programs that begin with each way to compose a tree."""
 programs = st.one_of(*PROGRAMS_WITH.values())
 
@@ -146,7 +170,10 @@ class Graph:
     def add(self, name: str, kind: str, *rows: tuple[str, object]) -> str:
         """A new individual; `Ref` links to others, `URIRef` to terms, anything else is a literal."""
         assert name not in self.rows, name
-        self.rows[name] = [("rdf:type", URIRef((NAMESPACE if kind == "Door" else CORE) + kind)), *rows]
+        self.rows[name] = [
+            ("rdf:type", URIRef((NAMESPACE if kind in ("Door", "Skilled", "Token") else CORE) + kind)),
+            *rows,
+        ]
         return name
 
 
@@ -169,14 +196,17 @@ def own(name: str) -> URIRef:
 
 _ATOMIC: dict[str, tuple[str, ...]] = {
     "Beep": ("robot",),
+    "Check": ("token",),
     "Count": (),
     "Look": ("robot", "seen"),
     "Pass": ("robot", "door"),
+    "Spend": ("robot", "token"),
 }
 _SORTS = {
     "robot": ("RobotParameter", "hasInput", core("Robot")),
     "door": ("Input", "hasInput", own("Door")),
     "room": ("Input", "hasInput", core("Area")),
+    "token": ("Input", "hasInput", own("Token")),
     "seen": ("Output", "hasOutput", core("TruthValue")),
 }
 
@@ -189,19 +219,27 @@ def graph_of(program: Program) -> Graph:
     """The processes of a program, all that they perform, and a little world."""
     graph = Graph()
     for robot in ROBOTS:
-        graph.add(robot, "Robot")
+        graph.add(robot, "Skilled" if robot == SKILLED else "Robot")
     for room in ("room_1", "room_2"):
         graph.add(room, "Room")
     for door, (is_open, width_m, room) in DOORS.items():
         graph.add(door, "Door", ("r:isOpen", is_open), ("r:width_m", width_m), ("core:inArea", Ref(room)))
+    for token in TOKENS:
+        graph.add(token, "Token", ("r:isSpent", False))
     for process, parameters in _ATOMIC.items():
         rows = [_parameter(graph, process, name, number) for number, name in enumerate(parameters)]
         if process == "Pass":
             rows.append(("core:hasPrecondition", Ref(_holds(graph, "Pass_open", "Pass_door", True))))
+        spent = [("core:ofProperty", own("isSpent")), ("core:subjectParameter", Ref(f"{process}_token"))]
+        if process in ("Check", "Spend"):
+            before = graph.add(f"{process}_before", "Holds", *spent, ("core:hasValue", process == "Check"))
+            rows.append(("core:hasPrecondition", Ref(before)))
+        if process == "Spend":
+            rows.append(("core:hasEffect", Ref(graph.add("Spend_after", "Effect", *spent, ("core:hasValue", True)))))
         graph.add(process, "AtomicProcess", *rows, ("core:duration_s", 1.0))
     graph.add("Part", "SimpleProcess", *(_parameter(graph, "Part", p, n) for n, p in enumerate(_GIVEN)))
     for process, tree in program.composites.items():
-        _Composite(graph, process).write(tree)
+        _Composite(graph, process, skilled=process in program.skilled).write(tree)
     return graph
 
 
@@ -227,12 +265,14 @@ def _parameter(
 class _Composite:
     """Writes one composite process; its steps are called by its name and a number."""
 
-    def __init__(self, graph: Graph, process: str) -> None:
+    def __init__(self, graph: Graph, process: str, *, skilled: bool) -> None:
         self._graph, self._process = graph, process
         self._numbers = itertools.count(1)
         self._rows = [_parameter(graph, process, p, n) for n, p in enumerate(_GIVEN)]
         if process.startswith("Part_"):
             self._rows.append(("core:realizes", Ref("Part")))
+        if skilled:
+            self._rows.append(("core:requiresCapability", own("Skilled")))
         self._rows.append(_parameter(graph, process, "seen", 3, ("Local", "hasLocal", core("TruthValue"))))
 
     def write(self, tree: Node) -> None:
@@ -257,7 +297,7 @@ class _Composite:
         rows: list[tuple[str, object]] = [] if step is None else [("core:stepNumber", step)]
         within = dict(bound)
         if node.kind in ("ForEach", "Pick", "Interrupt"):
-            of = "robot" if node.kind == "Pick" else "door"
+            of = node.over if node.kind == "Pick" else "door"
             within[of] = self._local(_SORTS[of][2])
             rows.append(("core:overParameter", Ref(f"{self._process}_{within[of]}")))
         if node.condition is not None:
@@ -286,14 +326,12 @@ class _Composite:
         return self._graph.add(name, node.kind, *rows)
 
     def _bindings(self, step: str, callee: str, bound: Mapping[str, str]) -> Iterator[tuple[str, object]]:
-        for name in (p for p in _ATOMIC.get(callee, ("robot", "door")) if p in bound):
-            binding = self._graph.add(
-                f"{step}_{name}",
-                "Binding",
-                ("core:toParameter", Ref(f"{callee}_{name}")),
-                ("core:fromParameter", Ref(f"{self._process}_{bound[name]}")),
-            )
-            yield "core:hasBinding", Ref(binding)
+        sources = {p: ("core:fromParameter", Ref(f"{self._process}_{local}")) for p, local in bound.items()}
+        if callee == "Check":
+            sources["token"] = ("core:fromIndividual", Ref(TOKENS[-1]))
+        for name in (p for p in _ATOMIC.get(callee, ("robot", "door")) if p in sources):
+            to = ("core:toParameter", Ref(f"{callee}_{name}"))
+            yield "core:hasBinding", Ref(self._graph.add(f"{step}_{name}", "Binding", to, sources[name]))
 
     def _condition(self, node: Node, bound: Mapping[str, str]) -> str:
         name = f"{self._process}_{next(self._numbers):03}"
@@ -318,6 +356,15 @@ _HEAD = f"""<?xml version="1.0"?>
 <rdf:RDF xmlns:core="{CORE}" xmlns:r="{NAMESPACE}" xmlns:owl="{OWL}" xmlns:rdf="{RDF}" xmlns:rdfs="{RDFS}">
 """
 _TERMS = f"""    <owl:Class rdf:about="{NAMESPACE}Door"/>
+    <owl:Class rdf:about="{NAMESPACE}Token"/>
+    <owl:Class rdf:about="{NAMESPACE}Skilled">
+        <rdfs:subClassOf rdf:resource="{CORE}Robot"/>
+    </owl:Class>
+    <owl:DatatypeProperty rdf:about="{NAMESPACE}isSpent">
+        <rdf:type rdf:resource="{OWL.FunctionalProperty}"/>
+        <rdfs:range rdf:resource="{XSD.boolean}"/>
+        <core:fluent rdf:datatype="{XSD.boolean}">true</core:fluent>
+    </owl:DatatypeProperty>
     <owl:DatatypeProperty rdf:about="{NAMESPACE}isOpen">
         <rdf:type rdf:resource="{OWL.FunctionalProperty}"/>
         <rdfs:range rdf:resource="{XSD.boolean}"/>

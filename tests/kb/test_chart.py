@@ -1,6 +1,7 @@
 """Flow charts: nothing overlaps, nothing sticks out, whatever the process."""
 
 import itertools
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -177,6 +178,23 @@ def test_robots_computing_and_frames_are_told_apart(shipped: KnowledgeBase) -> N
     assert styles.count("box compute") == 2  # Detection and the key
     assert styles.count("inner") == 3  # Navigate, Localize and the key
     assert {"robot", "compute", "Navigate", "Kinect"} <= {e.text for e in root.iter() if e.tag.endswith("text")}
+
+
+def test_a_name_and_what_it_is_taken_from_stay_together(shipped: KnowledgeBase) -> None:
+    """On one line, where they fit on one."""
+    drawing = layout(outline(shipped.snapshot(), "Localize"), data=True)
+    texts = [i.text for i in drawing.items if isinstance(i, Text)]
+    assert [t for t in texts if "←" in t] == ["lastPose ← hasPoseEstimate(robot),", "odometry ← hasOdometry(robot)"]
+
+
+def test_the_key_says_what_the_planner_chooses() -> None:
+    """Dashed, so that it can be told apart in black and white; only where there is something to choose."""
+    step = Step(kind=Kind.PERFORM, text="Laser", side=Side.ROBOT)
+    for kind in (Kind.CHOICE, Kind.ITERATE, Kind.ANY_ORDER, Kind.PICK):
+        text = chart(drawn(Step(kind=kind, text="which", parts=(Part(label="", step=step),))))
+        assert "the planner chooses" in text, kind
+    assert "the planner chooses" not in chart(drawn(step))
+    assert re.search(r"\.planner \{[^}]*stroke-dasharray", chart(drawn(step)))
 
 
 def test_a_chart_is_for_everyone(shipped: KnowledgeBase) -> None:

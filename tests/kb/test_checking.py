@@ -6,7 +6,7 @@ import pytest
 from kb.errors import KnowledgeError
 from kb.store import KnowledgeBase, UnknownSite
 from kb.terms import Var, struct
-from tests.kb.conftest import NAVIGATION, SITE, ask, dropped, renamed
+from tests.kb.conftest import NAVIGATION, OBJECTS, SITE, ask, dropped, given, link, renamed
 from tests.kb.faults import problems_of, travel_duration
 
 
@@ -25,6 +25,20 @@ def test_several_faults_are_told_at_once(folder: Path) -> None:
     problems = problems_of(folder)
     assert [p.code for p in problems] == ["KB140", "KB160"]
     assert [p.file.name for p in problems] == ["tue_lab.owl", "navigation.owl"]
+
+
+def test_a_file_that_does_not_parse_hides_no_fault_of_others(folder: Path) -> None:
+    """What is wrong whatever that file may say is told beside it; what may only be missing is not."""
+    (folder / OBJECTS).write_text("<", encoding="utf-8")
+    given(SITE, "amigo_1", '<rdfs:label xml:lang="en">the tall one</rdfs:label>')(folder)
+    given(SITE, "amigo_1", link("locatedAt", SITE, "at_bar"))(folder)
+    assert {(p.code, p.entity) for p in problems_of(folder)} == {
+        ("KB001", ""),
+        ("KB018", "amigo_1"),
+        ("KB143", "amigo_1"),
+    }
+    renamed(NAVIGATION, "Laser", ">0.008<", ">0,008<")(folder)
+    assert {p.code for p in problems_of(folder)} == {"KB001", "KB012"}
 
 
 def test_a_message_is_one_line_for_a_person(folder: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 
 import pytest
@@ -127,3 +128,79 @@ def test_the_wall_clock_goes_on_by_itself_and_stops_when_done() -> None:
     assert clock.run_until(lambda: bool(ran))
     assert ran == [1]
     assert clock.now_s >= before_s + 0.005
+
+
+def test_another_thread_wakes_the_wall_clock() -> None:
+    """What it posts runs at once on the thread of the clock, though the next callback is far away."""
+    clock, ran = WallClock(), list[int]()
+    clock.call_at(clock.now_s + 60.0, lambda: ran.append(-1))
+    thread = threading.Thread(target=lambda: clock.post(lambda: ran.append(threading.get_ident())))
+    clock.post(thread.start)
+    assert clock.run_until(lambda: bool(ran))
+    thread.join()
+    assert ran == [threading.get_ident()]
+    assert clock.now_s < 30.0
+
+
+def test_the_wall_clock_goes_on_while_somebody_listens() -> None:
+    """It ends when the last has stopped listening; to stop twice counts once."""
+    clock, ran = WallClock(), list[int]()
+    stop_first, stop_second = clock.listen(), clock.listen()
+
+    def stop() -> None:
+        stop_first()
+        stop_first()
+        clock.post(lambda: ran.append(1))
+        stop_second()
+
+    thread = threading.Thread(target=stop)
+    clock.post(thread.start)
+    exhaust(clock)
+    thread.join()
+    assert ran == [1]
+
+
+def test_callbacks_of_many_threads_all_run_on_the_thread_of_the_wall_clock() -> None:
+    """Each thread's in its order."""
+    clock, ran = WallClock(), list[tuple[int, int, int]]()
+
+    def post(thread: int) -> None:
+        for number in range(100):
+            clock.post(lambda number=number: ran.append((thread, number, threading.get_ident())))  # type: ignore[misc]
+
+    threads = [threading.Thread(target=post, args=(name,)) for name in range(4)]
+    end = clock.listen()
+    for thread in threads:
+        thread.start()
+    assert clock.run_until(lambda: len(ran) == 400)
+    end()
+    for thread in threads:
+        thread.join()
+    assert {ident for _, _, ident in ran} == {threading.get_ident()}
+    for name in range(4):
+        assert [number for of, number, _ in ran if of == name] == list(range(100))
+
+
+def test_a_time_beyond_all_waiting_is_waited_for() -> None:
+    """Never is a time as well."""
+    clock, ran = WallClock(), list[int]()
+    clock.call_at(float("inf"), lambda: ran.append(1))
+    clock.post(lambda: ran.append(2))
+    assert clock.run_until(lambda: bool(ran))
+    assert ran == [2]
+
+
+@pytest.mark.parametrize("make", [SimClock, WallClock])
+def test_what_is_withdrawn_is_as_if_it_had_never_been_asked_for(make: Callable[[], Clock]) -> None:
+    """Nobody waits for it; to withdraw twice, or what has run, does nothing."""
+    clock, ran = make(), list[int]()
+    withdraw_late = clock.call_at(clock.now_s + 1000.0, lambda: ran.append(1))
+    withdraw_first = clock.call_at(clock.now_s, lambda: ran.append(2))
+    clock.call_at(clock.now_s, withdraw_late)
+    clock.call_at(clock.now_s, lambda: ran.append(3))
+    exhaust(clock)
+    withdraw_first()
+    withdraw_late()
+    exhaust(clock)
+    assert ran == [2, 3]
+    assert clock.now_s < 1000.0

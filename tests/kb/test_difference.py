@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from kb.difference import Change, EntityChange, Values, concerned, difference, program_changed
 from kb.files import SHIPPED
-from kb.revisions import Revision, carry_over, read_revision
+from kb.ontology import Value
+from kb.revisions import Key, Revision, carry_over, read_revision
+from kb.terms import Struct
 from tests.kb.conftest import (
     AMIGO,
     GROUNDINGS,
@@ -48,10 +51,16 @@ def read(folder: Path) -> Read:
 
 
 def test_the_same_files_elsewhere_are_no_difference(before: Revision, read: Read) -> None:
-    """Where the folder is does not matter, nor what the blank nodes are called."""
-    found = difference(before, read())
-    assert found.is_empty, found.lines
-    assert (found.lines, found.summary) == ((), "nothing is different")
+    """Where the folder is does not matter, nor what the blank nodes are called, nor what is said to people alone."""
+
+    def remark(folder: Path) -> None:
+        for file in folder.rglob("*.owl"):
+            file.write_text(file.read_text(encoding="utf-8") + "<!-- read again -->\n", encoding="utf-8")
+
+    for edits in ((), (remark,)):
+        found = difference(before, read(*edits))
+        assert found.is_empty, found.lines
+        assert (found.lines, found.summary) == ((), "nothing is different")
 
 
 def test_a_value_of_an_individual(before: Revision, read: Read) -> None:
@@ -130,6 +139,11 @@ def test_what_plans_rest_on(before: Revision, read: Read) -> None:
     assert concerned("FindEmptyDrink", before, before, ()) == ""
     assert concerned("FindEmptyDrink", before, before, [("isEmpty", "drink_1")]) == "isEmpty(drink_1) has another value"
     assert concerned("Localize", before, before, [("isEmpty", "drink_1")]) == ""
+    one, other = (
+        replace(before, facts=(*before.facts, Struct("value", (before.key, "poseX_m", "at_sea", number))))
+        for number in (1, 1.0)
+    )
+    assert concerned("FindEmptyDrink", one, other, ()) == "value(poseX_m,at_sea,1) holds no more"
 
 
 def test_what_was_told_is_carried_over(before: Revision, read: Read) -> None:
@@ -144,3 +158,15 @@ def test_what_was_told_is_carried_over(before: Revision, read: Read) -> None:
     back = carry_over(after, before, {("locatedAt", "drink_1"): "at_bar"}, frozenset({("locatedAt", "drink_1")}))
     [sentence] = [s for s in back.overridden if "drink_1" in s]
     assert sentence == "locatedAt(drink_1) stays at_bar, as told; the files now begin with at_coffee_table"
+    same = carry_over(before, before, {("locatedAt", "drink_1"): "at_bar"}, frozenset({("locatedAt", "drink_1")}))
+    assert same.overridden == ()  # the files say what they said
+    told: dict[Key, Value] = {
+        ("locatedAt", "drink_1"): "kitchen",
+        ("isEmpty", "amigo_1"): True,
+        ("isClean", "drink_1"): True,
+    }
+    assert dict(carry_over(after, before, told, frozenset(told)).dropped) == {
+        ("locatedAt", "drink_1"): "kitchen is no Location any more",
+        ("isEmpty", "amigo_1"): "amigo_1 is no PhysicalObject any more",
+        ("isClean", "drink_1"): "there is no property isClean any more that changes",
+    }

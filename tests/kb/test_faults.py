@@ -73,7 +73,22 @@ QUICK = [
         SITE,
         "at_bar",
         renamed(SITE, "at_bar", ">7.5<", ">7,5<"),
-        words="poseX_m|'7,5'|double",
+        words="poseX_m|'7,5' is no xsd:double",
+    ),
+    fault(
+        "KB012",
+        SITE,
+        "at_bar",
+        renamed(SITE, "at_bar", 'double">7.5', 'float">7.5'),
+        words="poseX_m '7.5' is of the datatype float; use xsd:string, boolean, integer, double or anyURI",
+    ),
+    fault("KB012", SITE, "at_bar", given(SITE, "at_bar", number("capacity", "9" * 5_000, "integer")), words="999'..."),
+    fault(
+        "KB012",
+        SITE,
+        "drink_1",
+        renamed(SITE, "drink_1", ">true<", ">yes<"),
+        words="isEmpty 'yes' is no xsd:boolean",
     ),
     fault("KB012", SITE, "at_bar", renamed(SITE, "at_bar", "double", "dubble"), words="poseX_m|dubble"),
     fault("KB012", NAVIGATION, "Laser", renamed(NAVIGATION, "Laser", ">0.008<", ">NaN<"), words="duration_s|finite"),
@@ -459,6 +474,21 @@ REASONED = [
         words="without end|Localize -> Localize",
     ),
     fault(
+        "KB210",
+        NAVIGATION,
+        "Localize",
+        individual(
+            NAVIGATION,
+            "Localize_any",
+            "Choice",
+            link("hasStep", NAVIGATION, "Localize_again"),
+            link("hasStep", NAVIGATION, "Localize_body"),
+        ),
+        individual(NAVIGATION, "Localize_again", "Perform", link("performs", NAVIGATION, "Localize")),
+        renamed(NAVIGATION, "Localize", "#Localize_body", "#Localize_any"),
+        words="without having done a step: Localize -> Localize; put a step before that",
+    ),
+    fault(
         "KB301",
         SITE,
         "drink_1",
@@ -481,6 +511,17 @@ REASONED = [
         words="nothing can ever belong",
     ),
 ]
+
+
+def test_of_values_that_are_none_only_we_tell(
+    folder: Path, caplog: pytest.LogCaptureFixture, recwarn: pytest.WarningsRecorder
+) -> None:
+    """What rdflib would log and warn of, with a traceback, reaches nobody."""
+    renamed(SITE, "at_bar", ">7.5<", ">7,5<")(folder)
+    renamed(SITE, "drink_1", ">true<", ">yes<")(folder)
+    assert {p.code for p in told_before_reasoning(folder)} == {"KB012"}
+    assert caplog.records == []
+    assert list(recwarn) == []
 
 
 @pytest.mark.parametrize("case", QUICK, ids=str)

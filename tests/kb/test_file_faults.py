@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import os
+import socket
 from pathlib import Path
 
 import pytest
 
 from executive.cli import main
+from kb.checking import check_folder
 from kb.files import SHIPPED
+from kb.learned import write_learned
+from kb.revisions import read_revision
 from kb.store import KnowledgeBase
 from kb.terms import Var, struct
 from tests.kb.conftest import AMIGO, IRI, OBJECTS, SITE, Edit, added, ask, instead
-from tests.kb.faults import Fault, fault, found, make, told_before_reasoning, written
+from tests.kb.faults import Fault, fault, found, make, refused, told_before_reasoning, written
 
 GOOD = (SHIPPED / OBJECTS).read_bytes()
 RDF = '<rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#" xmlns:owl="http://www.w3.org/2002/07/owl#">'
@@ -112,6 +116,62 @@ FILES = [
 """What is no ontology file, or one that would do harm."""
 
 
+UNUSED = [
+    fault(
+        "KB010",
+        "robots/turtlebot.owl",
+        "",
+        written("robots/turtlebot.owl", f"{RDF}{HEADER}</owl:Ontology></rdf:RDF>".replace("objects", "tb").encode()),
+        words=f"imported by no site|import {IRI}tb.owl where it is needed",
+    ),
+    fault("KB010", "draft.owl", "", written("draft.owl", b"not yet"), words="imported by no site|no ontology IRI"),
+]
+"""What is in the folder, but of no use."""
+
+
+@pytest.mark.parametrize("case", UNUSED, ids=str)
+def test_a_file_that_no_site_reads_is_told(case: Fault, folder: Path) -> None:
+    """A warning, and the site can be used."""
+    refused([case], folder)
+    assert read_revision("tue_lab", folder).warnings == ()
+
+
+def test_other_files_and_other_sites_are_no_strays(folder: Path) -> None:
+    """Neither maps, nor what a second site or what was learned imports, nor a folder that is called like a file."""
+    (folder / "notes.txt").write_text("not yet", encoding="utf-8")
+    (folder / "old.owl").mkdir()
+    (folder / "sites" / "annex").mkdir()
+    annex = (folder / SITE).read_text(encoding="utf-8").replace("tue_lab.owl", "annex.owl")
+    (folder / "sites" / "annex" / "annex.owl").write_text(annex.replace("amigo.owl", "third.owl"), encoding="utf-8")
+    third = (folder / AMIGO).read_text(encoding="utf-8").replace("amigo.owl", "third.owl")
+    (folder / "robots" / "third.owl").write_text(third, encoding="utf-8")
+    assert check_folder(folder) == []
+    write_learned(folder, "tue_lab", [])
+    assert check_folder(folder) == []
+
+
+def test_nothing_is_fetched_from_the_network(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not an import, not an entity, not a schema: no socket is ever opened."""
+
+    def opened(*_: object) -> None:
+        raise AssertionError("a socket was opened")
+
+    monkeypatch.setattr(socket, "socket", opened)
+    assert told_before_reasoning(folder) == []
+    importing("http://www.w3.org/2004/02/skos/core")(folder)
+    spoiled(b"<owl:Ontology", b'<owl:Ontology xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"')(folder)
+    [problem] = told_before_reasoning(folder)
+    assert problem.code == "KB002"
+
+
+def test_a_misspelt_import_is_not_blamed_on_the_file(folder: Path) -> None:
+    """Where an import is not found, or a site does not parse, no file is called of no use."""
+    importing(f"{IRI}amico.owl")(folder)
+    assert check_folder(folder) == []
+    (folder / SITE).write_text("<", encoding="utf-8")
+    assert check_folder(folder) == []
+
+
 @pytest.mark.parametrize("case", FILES, ids=str)
 def test_a_wrong_file_is_found(case: Fault, folder: Path) -> None:
     """The problem has its code, points at file and line, and says what helps; nothing else is blamed."""
@@ -125,6 +185,31 @@ def test_faults_of_several_files_are_told_at_once(folder: Path) -> None:
     instead(AMIGO, "</owl:Class>", "</owl:Klass>")(folder)
     problems = told_before_reasoning(folder)
     assert {(p.code, p.file) for p in problems} == {("KB001", folder / OBJECTS), ("KB001", folder / AMIGO)}
+
+
+def test_a_file_that_does_not_parse_hides_none_that_it_imports(folder: Path) -> None:
+    """What a site imports is read although the site itself is refused: all is told at once, each file once."""
+    for file in (SITE, OBJECTS, AMIGO):
+        text = (folder / file).read_text(encoding="utf-8")
+        (folder / file).write_text(text.replace("</rdf:RDF>", "</rdf:RFD>"), encoding="utf-8")
+    problems = told_before_reasoning(folder)
+    assert sorted((p.code, p.file) for p in problems) == sorted(("KB001", folder / f) for f in (SITE, OBJECTS, AMIGO))
+
+
+def test_a_file_that_cannot_be_opened_is_refused(folder: Path) -> None:
+    """In words, and not with an error of Python."""
+    (folder / SITE).unlink()
+    (folder / SITE).mkdir()
+    [problem] = told_before_reasoning(folder)
+    assert (problem.code, problem.file) == ("KB001", folder / SITE)
+    assert problem.message == "cannot be read: Is a directory"
+
+
+def test_links_to_nothing_do_no_harm(folder: Path) -> None:
+    """As editors leave them for locks."""
+    (folder / ".#tue_lab.owl").symlink_to("somebody@somewhere.1234:5678")
+    assert told_before_reasoning(folder) == []
+    assert check_folder(folder) == []
 
 
 def test_files_may_import_each_other(folder: Path) -> None:

@@ -269,6 +269,23 @@ def test_lines_are_where_entities_are_described() -> None:
     assert file.line_of("http://example.org/nothing") == 0
 
 
+def test_a_statement_is_where_the_whole_name_is(tmp_path: Path) -> None:
+    """`BeerMug` is not `Beer`; where nothing of it is named, the entity itself is the place."""
+    lines = [
+        '<owl:Class rdf:about="http://example.org/x#Mug">',
+        '<rdfs:subClassOf rdf:resource="http://example.org/x#BeerMug"/>',
+        '<rdfs:subClassOf rdf:resource="http://example.org/x#Beer"/>',
+        "</owl:Class>",
+    ]
+    path = tmp_path / "mug.owl"
+    path.write_text(with_entities("", "x").replace("</rdf:RDF>", "\n".join([*lines, "</rdf:RDF>"])), encoding="utf-8")
+    (file,) = read_files(path, tmp_path).files
+    begin = file.line_of("http://example.org/x#Mug")
+    for name, line in (("BeerMug", 1), ("Beer", 2), ("Bee", 0)):
+        others = frozenset({f"http://example.org/x#{name}"})
+        assert file.line_of_statement("http://example.org/x#Mug", others) == begin + line
+
+
 @settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_no_file_crashes_the_loader(tmp_path: Path, data: st.DataObject) -> None:

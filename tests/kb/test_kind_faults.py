@@ -14,6 +14,7 @@ from tests.kb.conftest import (
     SITE,
     TASK,
     added,
+    dropped,
     given,
     individual,
     link,
@@ -41,6 +42,14 @@ def some(filler: str, of: str = "someValuesFrom") -> str:
     )
     about = f'rdf:about="{IRI}amigo.owl#Amigo"'
     return f"<rdf:Description {about}><rdfs:subClassOf>{restriction}</rdfs:subClassOf></rdf:Description>"
+
+
+def in_circle(prop: str, of: str) -> str:
+    """Says that something is below a class whose list of operands does not end."""
+    area, robot = (f'<rdf:first rdf:resource="{IRI}core.owl#{name}"/>' for name in ("Area", "Robot"))
+    rest = f'<rdf:rest rdf:parseType="Resource">{robot}<rdf:rest rdf:nodeID="l"/></rdf:rest>'
+    operands = f'<rdf:Description rdf:nodeID="l">{area}{rest}</rdf:Description>'
+    return f"<{prop}><owl:Class><owl:{of}>{operands}</owl:{of}></owl:Class></{prop}>"
 
 
 DEPRECATED = '<owl:deprecated rdf:datatype="http://www.w3.org/2001/XMLSchema#boolean">true</owl:deprecated>'
@@ -105,6 +114,50 @@ KINDS = [
         words="capacity has kitchen for a value; give a literal",
     ),
     fault(
+        "KB015",
+        SITE,
+        "drink_1",
+        given(SITE, "drink_1", "<rdf:type>Beer</rdf:type>"),
+        words="type has the literal 'Beer' for a value; name it with rdf:resource",
+    ),
+    fault(
+        "KB015",
+        NAVIGATION,
+        "Localize_body",
+        given(
+            NAVIGATION,
+            "Localize_body",
+            f"<core:hasStep><core:Perform>{link('performs', NAVIGATION, 'Laser')}</core:Perform></core:hasStep>",
+        ),
+        words="hasStep has an individual without a name for a value; give it one",
+    ),
+    fault(
+        "KB016",
+        NAVIGATION,
+        "Base_velocity",
+        renamed(NAVIGATION, "Base_velocity", "<core:parameterName>", '<core:parameterName xml:lang="en">'),
+        words="parameterName is of xsd:string, but 'velocity' is in the language 'en'; remove the language",
+    ),
+    fault(
+        "KB016",
+        SITE,
+        "at_bar",
+        renamed(SITE, "at_bar", 'double">7.5', 'decimal">7.5'),
+        words="poseX_m is of xsd:double, but '7.5' is of xsd:decimal; choose xsd:double as its datatype",
+    ),
+    *(
+        fault("KB303", OBJECTS, name, added(OBJECTS, xml), words="contains itself; write it anew", because="KB011")
+        for name, xml in (
+            ("Odd", of_class("Odd", in_circle("rdfs:subClassOf", "intersectionOf"))),
+            (
+                "odd",
+                f'<owl:DatatypeProperty rdf:about="{IRI}objects.owl#odd">{in_circle("rdfs:domain", "unionOf")}'
+                "</owl:DatatypeProperty>",
+            ),
+            ("", '<rdf:Description rdf:nodeID="a"><odd rdf:nodeID="a"/></rdf:Description>'),
+        )
+    ),
+    fault(
         "KB016",
         SITE,
         "kitchen",
@@ -140,6 +193,16 @@ KINDS = [
         given(NAVIGATION, "Localize_body", link("hasStep", TASK, "SearchDrink_drink_there")),
         words="is a value of hasStep, which must be ControlConstruct",
     ),
+    *(
+        fault(
+            "KB009",
+            SITE,
+            name,
+            individual(SITE, name, "Room"),
+            words=f"is called {name}, which is something else",
+        )
+        for name in ("true", "false", "null", "none", "here")
+    ),
     fault(
         "KB017",
         SITE,
@@ -173,6 +236,14 @@ def test_an_entity_is_what_it_is_used_as(case: Fault, folder: Path) -> None:
     found([case], folder, told_before_reasoning(folder))
 
 
+def test_a_text_that_is_called_like_a_faulty_thing_hides_nothing(folder: Path) -> None:
+    """A parameter of the name `velocity` has nothing to do with a room that is called so."""
+    individual(SITE, "velocity", "Room", number("poseX_m", "1.0"))(folder)
+    dropped(NAVIGATION, "Base_velocity", "parameterType")(folder)
+    told = {(p.code, p.entity) for p in told_before_reasoning(folder)}
+    assert told == {("KB016", "velocity"), ("KB104", "Base_velocity")}
+
+
 def test_what_a_union_or_a_definition_allows_is_no_fault(folder: Path) -> None:
     """A domain may be a union; an individual may be of a class by the definition of its own."""
     union = (
@@ -188,4 +259,9 @@ def test_what_a_union_or_a_definition_allows_is_no_fault(folder: Path) -> None:
     of = f'rdf:about="{IRI}tue_lab.owl#Spot"'
     added(SITE, f"<owl:Class {of}><owl:equivalentClass>{defined}</owl:equivalentClass></owl:Class>")(folder)
     renamed(SITE, "at_bar", f"{IRI}core.owl#SearchLocation", f"{IRI}tue_lab.owl#Spot")(folder)
+    domain = f'<rdfs:domain rdf:resource="{IRI}tue_lab.owl#Zone"/>'
+    added(SITE, f'<owl:DatatypeProperty rdf:about="{IRI}tue_lab.owl#wing">{domain}</owl:DatatypeProperty>')(folder)
+    same = f'<owl:equivalentClass rdf:resource="{IRI}core.owl#Area"/>'
+    added(SITE, f'<owl:Class rdf:about="{IRI}tue_lab.owl#Zone">{same}</owl:Class>')(folder)
+    given(SITE, "kitchen", f'<wing xmlns="{IRI}tue_lab.owl#">west</wing>')(folder)
     assert told_before_reasoning(folder) == []

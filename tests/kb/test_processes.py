@@ -1,4 +1,4 @@
-from kb.processes import Role
+from kb.processes import Role, realizing
 from kb.store import KnowledgeBase
 
 
@@ -45,3 +45,10 @@ def test_atomic_and_composite(shipped: KnowledgeBase) -> None:
     assert atomic == set(snapshot.groundings)
     composite = {"FindEmptyDrink", "FindEachDrink", "SearchDrink", "Navigate", "Localize"}
     assert set(snapshot.processes) - atomic == composite
+
+
+def test_the_processes_that_accomplish_a_task(shipped: KnowledgeBase) -> None:
+    """By name; a process that realizes another task, or none, is not among them."""
+    ontology = shipped.snapshot().ontology
+    assert realizing(ontology, "FindEmptyDrink") == ["FindEachDrink"]
+    assert realizing(ontology, "Navigate") == []

@@ -135,6 +135,7 @@ SHAPES = [
         renamed(NAVIGATION, "Navigate", ">20.0<", ">-0.5<"),
         words="graceTime_s|0 or more",
     ),
+    fault("KB163", NAVIGATION, "NavMap", renamed(NAVIGATION, "NavMap", ">0.02<", ">1e308<"), words="at most 1e8"),
     *(
         fault("KB164", NAVIGATION, name, given(NAVIGATION, name, number("successOdds", odds)), words="above 0")
         for name, odds in (("Path", "0.0"), ("Pose", "-0.5"), ("Base", "1.01"))
@@ -147,7 +148,7 @@ SHAPES = [
             construct(f"Soon_{n}", "Deadline", *properties),
             words="deadline_s|0.001 or more",
         )
-        for n, properties in enumerate(((), (number("deadline_s", "0.0"),), (number("deadline_s", "-3.0"),)))
+        for n, properties in enumerate(((), *((number("deadline_s", s),) for s in ("0.0", "-3.0", "1e308"))))
     ),
 ]
 """What shapes show."""

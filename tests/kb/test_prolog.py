@@ -1,5 +1,10 @@
+import os
+import shutil
+import subprocess
+import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
@@ -107,3 +112,16 @@ def test_large_answers_come_whole() -> None:
     """An answer of a megabyte, with characters of several bytes, is not cut."""
     text = "é日" * 200_000
     assert ask(struct("=", Var("Answer"), text)) == text
+
+
+def test_the_packages_may_lie_in_a_folder_of_any_name(tmp_path: Path) -> None:
+    """With a blank, a quote, and letters that Latin-1 has or has not."""
+    folder = tmp_path / "it's für Łódź"
+    package = Path(__file__).parents[2] / "kb"
+    shutil.copytree(package, folder / "kb", ignore=shutil.ignore_patterns("ontologies", "__pycache__"))
+    call = "from kb.prolog import Entry; print(Entry(search_path='kb_rules', file='facts', name='load_facts')([]))"
+    environment = {**os.environ, "PYTHONPATH": str(folder), "LC_ALL": "C.UTF-8"}
+    ran = subprocess.run(
+        [sys.executable, "-c", call], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    assert (ran.stdout, ran.stderr) == ("{'count': 0}\n", "")

@@ -24,7 +24,7 @@ from kb.processes import read_processes
 from kb.prolog import Entry
 from kb.terms import Struct, Term, render, struct
 from tests.kb import process_graphs as graphs
-from tests.kb.expected_executions import TooMany, executions, in_order, misordered
+from tests.kb.expected_executions import TooMany, apart, executions, in_order, misordered, overlapping
 from tests.kb.process_graphs import Graph, Program
 
 REVISION = -77
@@ -169,6 +169,7 @@ def test_random_processes_are_executed_as_their_trees_say(construct: str) -> Non
         assert walk.done or not walk.planned.startswith("solved")
         assert not (expected and walk.first == "unsolvable_proven")
         assert misordered(walk.starts, walk.ends, in_order(graph)) == []
+        assert overlapping(walk.starts, walk.ends, apart(graph)) == []
 
     executed()
 

@@ -3,18 +3,23 @@
 import re
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from kb.compiler import Compiler
 from kb.derivation import Derivation, Reason, reason_lines
-from kb.files import SHIPPED
+from kb.files import SHIPPED, read_files
 from kb.names import UnknownName
+from kb.ontology import close
 from kb.pages.readiness import readiness_data, readiness_page
+from kb.processes import read_processes
 from kb.readiness import LackKind, Verdict, matrix, readiness, robot_classes, roles
 from kb.store import KnowledgeBase
 from kb.terms import Var, struct
 from tests.kb.conftest import AMIGO, DOUBLE, IRI, SITE, TASK, ask, given, individual, instead, link
+from tests.kb.process_graphs import SKILLED, Node, Program, graph_of, told, write
 
 
 @pytest.fixture
@@ -186,3 +191,18 @@ def test_as_data_and_as_a_page(odd: KnowledgeBase) -> None:
     page = readiness_page(snapshot, found)
     assert "no Kinect by hasSensor; it has a LaserScanner" in page
     assert '<span class="unable">unable</span>' in page
+
+
+def test_a_process_that_performs_itself_asks_no_more_the_second_time(shipped: KnowledgeBase, tmp_path: Path) -> None:
+    """What it requires is asked once, and the answer comes."""
+    beep = Node("Perform", value="Beep")
+    program = Program(recipes=(beep,), again=(beep, beep), skilled=frozenset({"Again"}), whole=beep)
+    files = read_files(write(graph_of(program), tmp_path), tmp_path)
+    ontology = close(files, told(files))
+    processes = read_processes(ontology)
+    compiler = Compiler(ontology, processes)
+    compiler.facts(1)
+    snapshot = replace(shipped.snapshot(), ontology=ontology, processes=processes, compiler=compiler)
+    assert readiness(snapshot, SKILLED, "Again").verdict is Verdict.ABLE
+    lacking = readiness(snapshot, "ann", "Again")
+    assert [(lack.what, lack.processes) for lack in lacking.lacks] == [("Skilled", ("Again",))]

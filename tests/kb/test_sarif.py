@@ -8,19 +8,27 @@ import pytest
 from kb.problems import Problem, warn
 from kb.sarif import sarif
 
-TEXT = {"type": "object", "required": ["text"], "properties": {"text": {"type": "string", "minLength": 1}}}
+TEXT: dict[str, Any] = {
+    "type": "object",
+    "required": ["text"],
+    "properties": {"text": {"type": "string", "minLength": 1}},
+}
 LEVEL = {"enum": ["none", "note", "warning", "error"]}
 PLACE = {
     "type": "object",
-    "required": ["artifactLocation"],
+    "required": ["artifactLocation", "region"],
     "properties": {
         "artifactLocation": {
             "type": "object",
-            "properties": {"uri": {"type": "string", "format": "uri-reference", "pattern": r"^[\x21-\x7e]+$"}},
+            "properties": {
+                "uri": {"type": "string", "format": "uri-reference", "pattern": r"^[\x21-\x7e]+$"},
+                "uriBaseId": {"type": "string"},
+            },
             "additionalProperties": False,
         },
         "region": {
             "type": "object",
+            "required": ["startLine"],
             "properties": {"startLine": {"type": "integer", "minimum": 1}},
             "additionalProperties": False,
         },
@@ -29,18 +37,19 @@ PLACE = {
 }
 RULE = {
     "type": "object",
-    "required": ["id"],
+    "required": ["id", "shortDescription", "fullDescription", "help"],
     "properties": {
         "id": {"type": "string"},
         "shortDescription": TEXT,
-        "help": TEXT,
+        "fullDescription": TEXT,
+        "help": {"type": "object", "required": ["text"], "properties": {"text": TEXT["properties"]["text"]}},
         "defaultConfiguration": {"type": "object", "properties": {"level": LEVEL}, "additionalProperties": False},
     },
     "additionalProperties": False,
 }
 RESULT = {
     "type": "object",
-    "required": ["message"],
+    "required": ["ruleId", "message", "locations"],
     "properties": {
         "ruleId": {"type": "string"},
         "ruleIndex": {"type": "integer", "minimum": -1},
@@ -48,6 +57,7 @@ RESULT = {
         "message": TEXT,
         "locations": {
             "type": "array",
+            "minItems": 1,
             "items": {
                 "type": "object",
                 "properties": {
@@ -74,6 +84,14 @@ RUN = {
     "required": ["tool"],
     "properties": {
         "tool": {"type": "object", "required": ["driver"], "properties": {"driver": DRIVER}},
+        "originalUriBaseIds": {
+            "type": "object",
+            "additionalProperties": {
+                "type": "object",
+                "properties": {"uri": {"type": "string", "format": "uri", "pattern": "/$"}, "description": TEXT},
+                "additionalProperties": False,
+            },
+        },
         "columnKind": {"enum": ["utf16CodeUnits", "unicodeCodePoints"]},
         "results": {"type": "array", "items": RESULT},
     },
@@ -81,11 +99,15 @@ RUN = {
 }
 SCHEMA: dict[str, Any] = {
     "type": "object",
-    "required": ["version", "runs"],
-    "properties": {"version": {"const": "2.1.0"}, "runs": {"type": "array", "items": RUN}},
+    "required": ["$schema", "version", "runs"],
+    "properties": {
+        "$schema": {"type": "string"},
+        "version": {"const": "2.1.0"},
+        "runs": {"type": "array", "items": RUN},
+    },
     "additionalProperties": False,
 }
-"""The parts of SARIF 2.1.0 that are used here, and what the standard requires of them."""
+"""The parts of SARIF 2.1.0 that are used here, and what the standard and GitHub's code scanning require of them."""
 
 WRONG = Problem(code="KB011", file=Path("my sites/a.owl"), line=7, entity="drink_1", message="uses Beeer")
 DOUBTFUL = warn(Problem(code="KB018", file=Path("/elsewhere/b.owl"), line=0, entity="", message="has two"))
@@ -109,7 +131,7 @@ def test_the_schema_notices_what_is_wrong(tmp_path: Path) -> None:
 
 
 def test_a_result_points_at_its_rule_and_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Files below the base are named from there, others by their whole path; no line where none is known."""
+    """Files below the base are named from there, others by their whole path; the first line where none is known."""
     monkeypatch.chdir(tmp_path)
     [run] = sarif([DOUBTFUL, WRONG, WRONG], tmp_path)["runs"]
     doubtful, wrong = run["results"]
@@ -119,9 +141,29 @@ def test_a_result_points_at_its_rule_and_place(tmp_path: Path, monkeypatch: pyte
     assert wrong["message"]["text"] == "drink_1: uses Beeer"
     [place] = wrong["locations"]
     assert place["physicalLocation"] == {
-        "artifactLocation": {"uri": "my%20sites/a.owl"},
+        "artifactLocation": {"uri": "my%20sites/a.owl", "uriBaseId": "%SRCROOT%"},
         "region": {"startLine": 7},
     }
     assert place["logicalLocations"] == [{"name": "drink_1"}]
     [place] = doubtful["locations"]
-    assert place == {"physicalLocation": {"artifactLocation": {"uri": "file:///elsewhere/b.owl"}}}
+    assert place == {
+        "physicalLocation": {"artifactLocation": {"uri": "file:///elsewhere/b.owl"}, "region": {"startLine": 1}}
+    }
+
+
+def test_braces_are_no_placeholders(tmp_path: Path) -> None:
+    """They are doubled in messages (3.11.5)."""
+    wrong = Problem(code="KB120", file=Path("a.owl"), line=1, entity="", message="such as /{robot}/laser")
+    [result] = sarif([wrong], tmp_path)["runs"][0]["results"]
+    assert result["message"]["text"] == "such as /{{robot}}/laser"
+
+
+def test_every_base_is_declared_and_every_rule_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A relative place names a base of the run, a whole one none (3.4.4); no rule is listed that no result has."""
+    monkeypatch.chdir(tmp_path)
+    [run] = sarif([DOUBTFUL, WRONG], tmp_path)["runs"]
+    places = [r["locations"][0]["physicalLocation"]["artifactLocation"] for r in run["results"]]
+    assert {p["uri"].startswith("file:"): p.get("uriBaseId") for p in places} == {True: None, False: "%SRCROOT%"}
+    assert set(run["originalUriBaseIds"]) == {"%SRCROOT%"}
+    assert {rule["id"] for rule in run["tool"]["driver"]["rules"]} == {r["ruleId"] for r in run["results"]}
+    assert str(tmp_path) not in json.dumps(run)

@@ -7,6 +7,7 @@ import pytest
 from kb.files import SHIPPED
 from kb.history import Source, SourceKind
 from kb.problems import OntologyRejected
+from kb.revisions import renewed
 from kb.store import KnowledgeBase, ProposalOutdated, UnknownRevision
 from kb.terms import Var, struct
 from tests.kb.conftest import SITE, ask, count, dropped, renamed
@@ -148,6 +149,21 @@ def test_what_is_proposed_changes_nothing_until_it_is_accepted(knowledge: Knowle
         knowledge.accept(proposal)
 
 
+def test_what_is_told_of_something_that_a_proposal_does_not_know(knowledge: KnowledgeBase, folder: Path) -> None:
+    """Nothing is known of it then, though something else had been when it was proposed."""
+    for file in folder.rglob("*.owl"):
+        file.write_text(file.read_text(encoding="utf-8").replace("#at_bar", "#at_counter"), encoding="utf-8")
+    dropped(SITE, "drink_1", "locatedAt")(folder)
+    knowledge.tell("locatedAt", "drink_1", "at_cabinet")
+    proposal = knowledge.propose(knowledge.read(folder))
+    knowledge.tell("locatedAt", "drink_1", "at_bar")
+    knowledge.tell("isEmpty", "drink_1", False)
+    assert knowledge.accept(proposal).dropped == {("locatedAt", "drink_1"): "there is no at_bar any more"}
+    assert ("locatedAt", "drink_1") not in knowledge.snapshot().fluents
+    assert told(knowledge, "locatedAt", "drink_1") == []
+    assert told(knowledge, "isEmpty", "drink_1") == [False]
+
+
 def test_facts_stay_as_long_as_somebody_uses_them(knowledge: KnowledgeBase, edited: Path) -> None:
     """Until the last one lets go; those of a proposal that is withdrawn go at once."""
     before = knowledge.snapshot()
@@ -189,6 +205,21 @@ def test_rolling_back(knowledge: KnowledgeBase, edited: Path) -> None:
     assert facts_of(knowledge.snapshot().revision) > 0
     with pytest.raises(UnknownRevision, match="no revision 1 to go back to; there is 2"):
         knowledge.propose_earlier(1)
+
+
+def test_only_the_last_revisions_are_kept(knowledge: KnowledgeBase, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Which was in force longest ago is forgotten first; its number is not given again."""
+    monkeypatch.setattr("kb.store.KEPT_REVISIONS", 3)
+    same = knowledge.read()
+    for _ in range(2):
+        knowledge.accept(knowledge.propose(renewed(same)))
+    knowledge.accept(knowledge.propose_earlier(1))
+    assert [r.number for r in knowledge.revisions] == [1, 2, 3]
+    knowledge.accept(knowledge.propose(renewed(same)))
+    knowledge.accept(knowledge.propose(renewed(same)))
+    assert [r.number for r in knowledge.revisions] == [1, 4, 5]
+    with pytest.raises(UnknownRevision, match="no revision 3 to go back to; there is 1, 4"):
+        knowledge.propose_earlier(3)
 
 
 def test_where_facts_come_from(knowledge: KnowledgeBase, edited: Path) -> None:

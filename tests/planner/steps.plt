@@ -13,17 +13,25 @@ station :-
           agent(t, 'Guard'(R2), R2), keeps_robot(t, 'Guard'),
           definition(t, 'Guard'(R3), F3, [call(F3, watch, 'Watch'(R3)), call(F3, report, 'Watch'(R3))]),
           definition(t, 'Main', F4, conc([ pick(F4, pick, R4, 'Robot', call(F4, guard, 'Guard'(R4))),
-                                           call(F4, count, 'Count') ]))
+                                           call(F4, count, 'Count') ])),
+          % Share: a robot watches, then stands at the desk, where the clerk is first.
+          duration(t, 'Clerk', fixed(30)), claims(t, 'Clerk', desk),
+          agent(t, 'Stand'(R5), R5), duration(t, 'Stand'(r1), fixed(5)), duration(t, 'Stand'(r2), fixed(6)),
+          claims(t, 'Stand'(_), desk),
+          definition(t, 'Share', F6, conc([ call(F6, clerk, 'Clerk'),
+                                            pick(F6, pick, R6, 'Robot', [ call(F6, watch, 'Watch'(R6)),
+                                                                          call(F6, stand, 'Stand'(R6)) ]) ]))
         ], _).
 
 station_gone :- drop_facts(t, _).
 
 % Revision u: the same programs, but r1 may not watch any more.
 station_u :-
-    forall(( member(Name/Arity, [kind/3, agent/3, duration/3, keeps_robot/2, definition/4]), functor(Fact, Name, Arity),
+    forall(( member(Name/Arity, [kind/3, agent/3, duration/3, keeps_robot/2, definition/4,
+                            duration/3, claims/3]), functor(Fact, Name, Arity),
              arg(1, Fact, t), call(kb_facts:Fact) ),
            ( Fact =.. [Name, t|Arguments], Other =.. [Name, u|Arguments], load_facts([Other], _) )),
-    load_facts([requires(u, 'Watch', able), kind(u, r2, able)], _).
+    load_facts([requires(u, 'Watch', able), requires(u, 'Stand', able), kind(u, r2, able)], _).
 station_u_gone :- drop_facts(u, _).
 
 open(Key) :- open_session(request(Key, t, 'Main', 2, 0), _).
@@ -67,8 +75,16 @@ test('under another revision what runs goes on, and who may not go on is told',
     Found = [Unfit, Replan, Running].
 test('who may not go on is replaced once the action has ended', [setup(station_u), cleanup(station_u_gone), true(Robot == r2)]) :-
     open(r2), plan(r2, 0, _), next_actions(next(r2, 0), _), rebase(rebased(r2, 5, u, [], true), _),
-    retry(failed(r2, 10, 'r2/task/guard/watch'), _), plan(r2, 10, _), next_actions(next(r2, 10), Next),
+    release(ended(r2, 10, 'r2/task/guard/watch'), _), plan(r2, 10, _), next_actions(next(r2, 10), Next),
     shown(Next, Events), memberchk(started-'r2/task/guard/watch'-Robot, Events).
+test('who waits for its turn when it may not go on any more is replaced at once',
+     [setup(station_u), cleanup(station_u_gone), true(Found == [[], true, ['r5/task/watch'-r2]])]) :-
+    open_session(request(r5, t, 'Share', 2, 0), _), plan(r5, 0, _), next_actions(next(r5, 0), First),
+    shown(First, Began), memberchk(started-'r5/task/watch'-r1, Began),
+    report(done(r5, 10, 'r5/task/watch', []), Idle), shown(Idle, []),
+    rebase(rebased(r5, 15, u, [], true), Dict), _{unfit: Unfit, replan: Replan} :< Dict,
+    plan(r5, 15, _), next_actions(next(r5, 15), Next),
+    shown(Next, Events), findall(Id-Robot, member(started-Id-Robot, Events), Started), Found = [Unfit, Replan, Started].
 test('under a revision that says the same, the plan stays', Found == [[], false, []]) :-
     open(r3), plan(r3, 0, _), next_actions(next(r3, 0), _),
     rebase(rebased(r3, 5, t, [], false), Dict),

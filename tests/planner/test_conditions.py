@@ -19,7 +19,8 @@ from kb.scope import FRAME, Reader, Scope
 from kb.store import Snapshot
 from kb.swrl import read_rules
 from kb.terms import Struct, Term, Var, struct
-from planner.checking.moment import Knowledge, Moment, bound
+from planner.checking.knowledge import Knowledge
+from planner.checking.moment import Moment, bound
 from planner.checking.rules import satisfied
 from tests.kb import rules
 from tests.kb.conftest import ask
@@ -164,7 +165,7 @@ def _all(goals: list[Struct]) -> Struct:
 
 
 def checker(world: World, base: Snapshot) -> Callable[[Term, dict[str, Term]], bool]:
-    """What planner/checking/moment.py answers."""
+    """What planner/checking/knowledge.py answers."""
     ontology = replace(base.ontology, kinds=world.kinds, _values=world.values)
     knowledge = Knowledge(replace(base, ontology=ontology, fluents={}), {})
     moment = Moment(

@@ -26,6 +26,7 @@ workshop :-
           precondition(w, 'Guarded', holds(open, door, true)),
           definition(w, 'Guarded', F5, call(F5, count, 'Count')),
           definition(w, 'Idle', _, []), effect(w, 'Idle', fluent(idled, it), true),
+          definition(w, 'Pose'(_), _, []), agent(w, 'Pose'(R9), R9), requires(w, 'Pose', 'RobotWithArm'),
           agent(w, 'Go'(R6, _), R6), duration(w, 'Go'(R6b, P6), travel(R6b, P6, 5)),
           effect(w, 'Go'(R6c, P6c), fluent(locatedAt, R6c), P6c),
           definition(w, 'Go'(R7, _), F7, until(call(F7, drive, 'Drive'(R7)), is_true(loc(F7, arrived)))),
@@ -190,6 +191,8 @@ test('turns with the same first individual are told apart by all', Names == ['f/
 
 test('a robot that lacks the capability does not begin', Ids == []) :-
     acting(S0), set_data(dirty-cup, false, S0, S), started(call(f, p, 'Polish'(anna, cup)), S, Ids).
+test('nor does it end a process that has nothing to do', Who == [bert]) :-
+    acting(S), findall(R, ( member(R, [anna, bert]), final(call(f, p, 'Pose'(R)), S) ), Who).
 test('a capable one does', Ids == ['f/p'-bert]) :-
     acting(S0), set_data(dirty-cup, false, S0, S), started(call(f, p, 'Polish'(bert, cup)), S, Ids).
 test('a precondition that does not hold keeps a step from beginning', Ids == []) :-

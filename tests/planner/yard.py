@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from kb.compiler import Program
 from kb.ontology import Value
 from kb.processes import Parameter, Process, Role
+from kb.recursion import called
 from kb.store import Snapshot
 from kb.terms import Action, Argument, Data, Fluent, Struct, Term, Var, struct
 from planner.plan import Plan, PlannedStep, PlanStatus
@@ -103,6 +104,7 @@ class Yard:
         if body is not None:
             self.definitions.append(struct("proc", head, body))
             self._facts.append(("definition", (head, Var("Frame"), body)))
+            self._facts += [("recursive", (name,))] if name in called(body) else []
         once_ms = round((duration_s or 0.0) * 1000)
         once: Term = struct("travel", variables[0], Var(to.capitalize()), once_ms) if to else struct("fixed", once_ms)
         self._facts += [("duration", (head, once))] if body is None or to else []

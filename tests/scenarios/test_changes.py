@@ -77,9 +77,12 @@ def test_a_run_with_changes_replays_the_same() -> None:
         ("locatedAt", "drink_1", "at_bra", "cannot be 'at_bra', which is not known; did you mean at_bar?"),
         ("locatedAt", "drink_1", True, "locatedAt(drink_1) cannot be True; its values are individuals"),
         ("isEmpty", "drink_1", "yes", "isEmpty(drink_1) cannot be 'yes'; its values are true or false"),
+        ("locatedAt", "drink_1", "kitchen", "kitchen is a Room, not a Location; a Location is at_bar"),
+        ("isEmpty", "amigo_1", True, "amigo_1 is an Amigo, not a PhysicalObject; a PhysicalObject is bar_1"),
+        ("isEmpty", "drink_1", float("nan"), "isEmpty(drink_1) cannot be nan; give an individual, a number or"),
     ],
 )  # fmt: skip
-def test_what_makes_no_sense_is_refused(prop: str, subject: str, value: str | bool, why: str) -> None:
+def test_what_makes_no_sense_is_refused(prop: str, subject: str, value: str | float | bool, why: str) -> None:
     """With what would be right; nothing is told."""
     with Fleet.open("tue_lab") as fleet:
         events = len(fleet.trace)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from executive import Fleet, TaskStatus
+from executive.cli import main
 from executive.live import KnowledgeInUse, KnowledgeProposal
 from executive.replay import first_difference
 from executive.trace import (
@@ -141,9 +142,14 @@ def test_a_class_that_loses_its_camera_is_replaced(knowledge: Path, edit: Edit) 
         proposal = fleet.propose_knowledge()
         [loss] = proposal.difference.capabilities
         assert (loss.robot, loss.gained) == ("amigo_1", ())
+        [effect] = proposal.effects
+        assert {robot for robot, _ in effect.after.steps} == {"pico_1"}
+        before = len(fleet.trace)
         fleet.accept_knowledge(proposal)
         assert task.wait().status is TaskStatus.COMPLETED, task.wait().reason
         assert {e.robot for e in finished(fleet, "Detection")} == {"pico_1"}
+        anew = next(e for e in fleet.trace[before:] if isinstance(e, Replanned))
+        assert "(amigo_1) has ended, and its robot is no longer capable of what it was to do next" in anew.reason
         numbers = [e.number for e in fleet.trace if isinstance(e, ActionFinished)]
         assert len(set(numbers)) == len(numbers)
         assert {e.outcome for e in fleet.trace if isinstance(e, ActionFinished)} == {"SUCCEEDED"}
@@ -247,6 +253,20 @@ def test_wrong_files_change_nothing(knowledge: Path, edit: Edit) -> None:
         assert not [e for e in fleet.trace if isinstance(e, TaskStatusChanged) and e.status == "failed"]
 
 
+def test_a_robot_that_is_not_in_the_fleet(knowledge: Path, edit: Edit) -> None:
+    """The files may not have it: a simulated fleet keeps its robots; the message tells what would be right."""
+    with Fleet.open("tue_lab", knowledge=knowledge) as fleet:
+        text = (knowledge / SITE).read_text(encoding="utf-8")
+        start = text.index(f'    <owl:NamedIndividual rdf:about="{IRI}tue_lab.owl#pico_1"')
+        end = text.index("</owl:NamedIndividual>", start) + len("</owl:NamedIndividual>")
+        another = text[start:end].replace("pico_1", "pico_2").replace("start_east", "at_bar")
+        (knowledge / SITE).write_text(text[:end] + another + text[end:], encoding="utf-8")
+        told = "pico_2 is in the files but not in this fleet, .*: amigo_1, pico_1; open a fleet with a scenario"
+        with pytest.raises(ConcertmasterError, match=told):
+            fleet.propose_knowledge()
+        assert fleet.parts.knowledge.proposal is None
+
+
 def test_one_proposal_at_a_time(knowledge: Path, edit: Edit) -> None:
     """An older one cannot be accepted, nor one that is in force, nor a revision that never was."""
     with Fleet.open("tue_lab", knowledge=knowledge) as fleet:
@@ -271,10 +291,24 @@ def test_a_replay_without_the_files_of_then_says_why(knowledge: Path, edit: Edit
         first_difference(recorded, SHIPPED)
 
 
-def test_a_watched_folder(knowledge: Path, edit: Edit) -> None:
-    """What is saved comes into force within five seconds; what is wrong is told by file, line, entity and code."""
-    changes: list[object] = []
+def test_what_was_saved_before_the_watch_began(knowledge: Path, edit: Edit) -> None:
+    """Since the fleet was opened: it comes into force as well."""
     with Fleet.open("tue_lab", knowledge=knowledge) as fleet:
+        edit(knowledge / SITE, "</rdf:RDF>", NEW_TASK)
+        fleet.watch_knowledge()
+        assert fleet.parts.live.found.wait(5.0)
+        fleet.let_time_pass(1.0)
+        assert fleet.parts.knowledge.revision.number == 2
+
+
+def test_a_watched_folder(knowledge: Path, edit: Edit, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What is saved comes into force within five seconds; what is wrong is told by file, line, entity and code.
+
+    The run can be replayed though the folder is not as it was, neither at the beginning nor later.
+    """
+    changes: list[object] = []
+    edit(knowledge / "robots" / "pico.owl", ">0.6<", ">0.5<")
+    with Fleet.open("tue_lab", knowledge=knowledge, trace=tmp_path / "run" / "trace.jsonl") as fleet:
         found = fleet.parts.live.found
         fleet.watch_knowledge(on_change=changes.append)
         task = fleet.request("FindEmptyDrink", room="kitchen")
@@ -298,3 +332,9 @@ def test_a_watched_folder(knowledge: Path, edit: Edit) -> None:
         assert fleet.parts.knowledge.revision.number == 2
         assert fleet.request("Tidy", room="living_room").name == "Tidy-1"
         assert task.wait().status is TaskStatus.COMPLETED
+        kept = {e.revision: e.knowledge for e in fleet.trace if isinstance(e, KnowledgeAccepted)}
+        first = fleet.parts.knowledge.revisions[0].digest
+    edit(knowledge / "robots" / "pico.owl", ">0.5<", ">0.4<")
+    assert {p.name for p in (tmp_path / "run" / "knowledge").iterdir()} == {first, kept[2]}
+    assert main(["trace", str(tmp_path / "run" / "trace.jsonl"), "--replay"]) == 0
+    assert "all the same" in capsys.readouterr().out

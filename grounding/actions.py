@@ -1,0 +1,69 @@
+"""Long-running work: goals, how far they have come, and how they ended (ROS actions)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Protocol
+
+
+class GoalStatus(IntEnum):
+    """Where a goal is in its life, in the numbers of `action_msgs/GoalStatus`."""
+
+    UNKNOWN = 0
+    ACCEPTED = 1
+    EXECUTING = 2
+    CANCELING = 3
+    SUCCEEDED = 4
+    CANCELED = 5
+    ABORTED = 6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Goal:
+    """What an action shall bring about.
+
+    Attributes:
+        id: Never used again, as that of a call.
+        action: Full name, such as `/amigo_1/navigate_to_pose`.
+        fields: Messages and plain values by field name.
+    """
+
+    id: int
+    action: str
+    fields: Mapping[str, object]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalResult:
+    """How a goal ended.
+
+    Attributes:
+        status: SUCCEEDED, CANCELED or ABORTED; UNKNOWN where nothing is heard of it any more.
+        fields: Messages and plain values by field name; a goal that was canceled or aborted may have some too.
+        failure: Class of failure, such as `Canceled`; empty if it succeeded.
+        reason: In a sentence; empty if it succeeded.
+    """
+
+    goal_id: int
+    status: GoalStatus
+    fields: Mapping[str, object]
+    failure: str
+    reason: str
+
+
+class ActionTransport(Protocol):
+    """Carries goals to actions.
+
+    `send_goal` returns at once; feedback and, exactly once and last, the result come later, on the clock's thread. A
+    goal whose connection is gone ends in the failure `Lost`.
+    """
+
+    def send_goal(
+        self, goal: Goal, feedback: Callable[[Mapping[str, object]], None], done: Callable[[GoalResult], None]
+    ) -> None:
+        """Send a goal."""
+
+    def cancel_goal(self, goal_id: int) -> None:
+        """Ask for the end of a goal, which still has a result; one that has ended already is left alone."""

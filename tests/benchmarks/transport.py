@@ -1,0 +1,115 @@
+"""How fast services are called: the cycle of localizing and navigating, and images.
+
+The cycle is the six calls LocMap, Laser, Pose, Path (50 poses), VelCmd, Base with the fields that the ontology gives
+them, a map of 200 x 160 cells in three of them, answered with what was made before ([RoboEarth] 5, where through
+services it came to 0.1 Hz): in process, and over rosbridge to another process, for one robot and for ten, each with a
+connection of its own. Text is what other servers take, CBOR what ours does. `rosbridge_cpu_ms` is what a cycle takes of
+the client's processor, which says more than Hz where others share the machine. Images are one call for color and
+depth, 640 x 480, as CBOR.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from itertools import count
+
+import numpy as np
+
+from grounding.inprocess import InProcessTransport, Service
+from grounding.rosbridge.client import RosbridgeTransport
+from grounding.rosbridge.connection import Endpoint
+from grounding.transport import ServiceCall, ServiceReply, Transport
+from kb.clock import WallClock
+from tests.benchmarks.canned import CAMERA, CYCLE, ROBOTS, Canned, far_end_process
+from tests.benchmarks.harness import Figure, main
+
+PAPER_HZ = 0.1
+
+
+def run(quick: bool) -> Mapping[str, Figure]:
+    """Measure: Hz for each robot, MB/s."""
+    seconds = 1.0 if quick else 5.0
+    canned = Canned()
+    figures: dict[str, Figure] = {"paper_hz": PAPER_HZ}
+    figures["in_process_hz"] = _in_process_hz(canned, seconds)
+    with far_end_process() as uri:
+        one, ten = ROBOTS[:1], ROBOTS
+        begun_s, begun_cpu_s = time.perf_counter(), time.process_time()
+        hz = _rosbridge_hz(canned, uri, one, seconds, binary=True)
+        cycles = hz * (time.perf_counter() - begun_s)
+        figures["rosbridge_hz"] = hz
+        figures["rosbridge_cpu_ms"] = 1000.0 * (time.process_time() - begun_cpu_s) / cycles
+        figures["rosbridge_text_hz"] = _rosbridge_hz(canned, uri, one, seconds, binary=False)
+        figures["rosbridge_ten_robots_hz"] = _rosbridge_hz(canned, uri, ten, seconds, binary=True)
+        figures["images_mb_per_s"] = _images_mb_per_s(canned, uri, seconds)
+    return figures
+
+
+def _in_process_hz(canned: Canned, seconds: float) -> float:
+    clock = WallClock()
+    transport = InProcessTransport(clock)
+    for name, reply in canned.by_service().items():
+        transport.offer(name, Service(handler=lambda fields, reply=reply: reply, latency_s=0.0))  # type: ignore[misc]
+    return _slowest_hz(canned, clock, {ROBOTS[0]: transport}, CYCLE, seconds)
+
+
+def _rosbridge_hz(canned: Canned, uri: str, robots: Sequence[str], seconds: float, *, binary: bool) -> float:
+    clock = WallClock()
+    with ExitStack() as stack:
+        transports = {robot: stack.enter_context(_transport(canned, clock, uri, binary=binary)) for robot in robots}
+        return _slowest_hz(canned, clock, transports, CYCLE, seconds)
+
+
+def _images_mb_per_s(canned: Canned, uri: str, seconds: float) -> float:
+    clock = WallClock()
+    with _transport(canned, clock, uri, binary=True) as transport:
+        before = transport.traffic.received_bytes
+        begun = time.perf_counter()
+        _slowest_hz(canned, clock, {ROBOTS[0]: transport}, (CAMERA,), seconds)
+        return (transport.traffic.received_bytes - before) / 1e6 / (time.perf_counter() - begun)
+
+
+def _slowest_hz(
+    canned: Canned, clock: WallClock, transports: Mapping[str, Transport], cycle: Sequence[str], seconds: float
+) -> float:
+    """Run the calls of the cycle one after the other, for all robots at once; cycles a second of the slowest."""
+    ids = count()
+    requests = {process: canned.request(process) for process in cycle}
+    done = dict.fromkeys(transports, 0)  # calls
+
+    def call_next(robot: str) -> None:
+        process = cycle[done[robot] % len(cycle)]
+        call = ServiceCall(
+            id=next(ids), service=canned.service(process, robot), fields=requests[process], timeout_s=60.0
+        )
+        transports[robot].call(call, lambda reply: took(robot, reply))
+
+    def took(robot: str, reply: ServiceReply) -> None:
+        if reply.failure:
+            raise AssertionError(f"{robot}: {reply.failure}: {reply.reason}")
+        done[robot] += 1
+        call_next(robot)
+
+    begun = time.perf_counter()
+    for robot in transports:
+        call_next(robot)
+    clock.run_until(lambda: time.perf_counter() - begun >= seconds)
+    return min(done.values()) / len(cycle) / (time.perf_counter() - begun)
+
+
+@contextmanager
+def _transport(canned: Canned, clock: WallClock, uri: str, *, binary: bool) -> Iterator[RosbridgeTransport]:
+    rng = np.random.default_rng(1)
+    made = RosbridgeTransport(
+        Endpoint(uri=uri), clock, services=canned.services, types=canned.types, binary=binary, rng=rng
+    )
+    with made:
+        assert made.wait_connected(30.0), made.problem
+        yield made
+
+
+if __name__ == "__main__":
+    sys.exit(main("transport", run))

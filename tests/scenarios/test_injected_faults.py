@@ -1,0 +1,52 @@
+"""Faults from a file, and compute services in workers: what becomes of a task, and that it can be repeated."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from executive import Fleet, TaskResult, TaskStatus
+from executive.replay import first_difference
+from executive.trace import ActionFinished, FleetOpened, TraceEvent
+from kb.files import SHIPPED
+
+
+def run(*, faults: Path | None = None, compute: Path | None = None) -> tuple[TaskResult, list[TraceEvent]]:
+    """Find the drinks of the whole lab with both robots; how it ended, and the trace."""
+    with Fleet.open("tue_lab", faults=faults, compute=compute) as fleet:
+        return fleet.request("FindEmptyDrink", room="tue_lab").wait(), list(fleet.trace)
+
+
+def test_the_work_of_a_lost_robot_is_taken_over(tmp_path: Path) -> None:
+    """Its calls time out, the other robot does what is left, and a replay meets the same."""
+    faults = tmp_path / "lost.toml"
+    faults.write_text('[faults.lost]\nservice = "/amigo_1/*"\nkind = "cut"\nfrom_s = 1.5\n')
+    result, trace = run(faults=faults)
+    assert result.status is TaskStatus.COMPLETED
+    ended = [event for event in trace if isinstance(event, ActionFinished)]
+    assert {event.robot for event in ended if event.failure} == {"amigo_1"}
+    assert {event.robot for event in ended if event.action.startswith("Kinect(")} == {"pico_1"}
+    assert first_difference(trace, SHIPPED) == ""
+
+
+def test_late_and_repeated_replies_do_no_harm(tmp_path: Path) -> None:
+    """A network that is slow by chance, and repeats itself, makes the task longer and nothing else."""
+    faults = tmp_path / "slow.toml"
+    slow = '[faults.slow]\nservice = "*"\nkind = "delay"\nprobability = 0.05\ndelay_s = 0.05\n'
+    faults.write_text(f'{slow}[faults.twice]\nservice = "*"\nkind = "repeat"\nprobability = 0.05\ndelay_s = 0.02\n')
+    (result, trace), (quick, _) = run(faults=faults), run()
+    assert result.status is TaskStatus.COMPLETED
+    assert result.took_s > quick.took_s
+    numbers = [event.number for event in trace if isinstance(event, ActionFinished)]
+    assert len(numbers) == len(set(numbers)), "each action ends once"
+
+
+def test_where_services_run_makes_no_difference(tmp_path: Path) -> None:
+    """Path and Detection in workers: the same trace, but for the file that says so."""
+    compute = tmp_path / "compute.toml"
+    compute.write_text('[services]\n"/compute/path" = "workers"\n"/compute/detection" = "workers"\n')
+    (_, there), (_, here) = run(compute=compute), run()
+    opened = there[0]
+    assert isinstance(opened, FleetOpened)
+    assert opened.compute == str(compute)
+    assert [replace(opened, compute=""), *there[1:]] == here
