@@ -9,6 +9,7 @@ The rows are numbered as follows; a site of 10,000 individuals is the shipped on
   5  10,000 individuals from nothing to a planner that can be used, reasoner included, started cold
   6  the reasoner's part of that, its memory, and how quickly the old revision answers meanwhile
   7  one fact told: until a query of Prolog has the new value
+  8  the same from a message: published by a rosbridge client, through a server in another process
   9  1,000 facts a second told while the planner's facts are queried: lost ones, and how late the last was
  10  a point query and a join of three facts at 10,000 individuals
  11  a wrong edit of the files in force: until the problem is told; the old revision stays
@@ -16,7 +17,7 @@ The rows are numbered as follows; a site of 10,000 individuals is the shipped on
  13  the corpus of planted faults: share found with code, file, line and entity; false alarms on the shipped files
  14  shipped files: triples in rdflib and in ours, and whether they are OWL 2 DL
 
-Row 8, a fact that comes as a message from a bridge, has to wait for the bridge.
+Beside these: a SPARQL query over 10,000 individuals from a cold shell, and a later one in a Python session.
 """
 
 from __future__ import annotations
@@ -39,11 +40,13 @@ from rdflib import Graph
 from kb import reasoner
 from kb.files import SHIPPED, read_files
 from kb.problems import OntologyRejected
+from kb.query import Questions
 from kb.reasoner import classify
 from kb.revisions import read_revision
 from kb.store import KnowledgeBase
 from kb.terms import Struct, Term, Var, render, struct
 from tests.benchmarks.harness import Figure, main
+from tests.benchmarks.kb_bridge import seconds_from_message_to_answer
 from tests.benchmarks.large_site import large_site
 from tests.kb.conftest import SITE, ask
 from tests.kb.corpus import CORPUS
@@ -51,6 +54,7 @@ from tests.kb.faults import Fault, all_told, found, make
 
 INDIVIDUALS = 10_000
 _JAVA_FLAGS = ("-XX:TieredStopAtLevel=1", "-XX:+UseSerialGC")  # the fastest, for short runs
+_COMMAND = [sys.executable, "-c", "import sys; from executive.cli import main; sys.exit(main(sys.argv[1:]))"]
 _BEER = '<rdf:type rdf:resource="http://example.org/concertmaster/objects.owl#Beer"/>'
 _SOFA = '<rdf:type rdf:resource="http://example.org/concertmaster/core.owl#Sofa"/>'
 
@@ -74,8 +78,7 @@ def _shipped(work: Path) -> dict[str, Figure]:
     """Rows 1 to 4, 11, 12."""
     figures: dict[str, Figure] = {}
     copy = shutil.copytree(SHIPPED, work / "shipped")
-    command = "import sys; from executive.cli import main; sys.exit(main(sys.argv[1:]))"
-    check = [sys.executable, "-c", command, "kb", "check", "--knowledge", str(copy)]
+    check = [*_COMMAND, "kb", "check", "--knowledge", str(copy)]
     figures["demo_check_cold_s"] = _seconds(lambda: subprocess.run(check, check=True, capture_output=True))
     read_revision("tue_lab", copy)
     figures["demo_read_s"] = _seconds(lambda: read_revision("tue_lab", copy))
@@ -174,6 +177,21 @@ def _large(work: Path, individuals: int, told_for_s: float) -> dict[str, Figure]
     assert len(_join(knowledge)) == 60
     figures["join_p99_ms"] = 1000.0 * _p99([_seconds(lambda: _join(knowledge)) for _ in range(200)])
     figures |= _steady(knowledge, told_for_s)
+    spent_s = seconds_from_message_to_answer(knowledge, lambda: _point_query(knowledge), 1_000)
+    figures["message_told_p99_ms"] = 1000.0 * _p99(spent_s)
+    knowledge.close()
+    return figures | _asked(folder)
+
+
+def _asked(folder: Path) -> dict[str, Figure]:
+    query = "SELECT ?drink ?place WHERE { ?drink core:locatedAt ?place . ?place core:inArea tue_lab:room_3 }"
+    cold = [*_COMMAND, "kb", "ask", query, "--knowledge", str(folder), "--format", "json"]
+    figures: dict[str, Figure] = {}
+    figures["asked_cold_s"] = _seconds(lambda: subprocess.run(cold, check=True, capture_output=True))
+    knowledge = KnowledgeBase("tue_lab", folder)
+    questions = Questions(knowledge.snapshot())
+    questions.sparql(query)
+    figures["asked_again_s"] = _seconds(lambda: questions.sparql(query))
     knowledge.close()
     return figures
 

@@ -7,7 +7,7 @@ listens with gets it from there, tells it, and asks Prolog until the answer is t
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from rosbags.typesys.stores.ros2_humble import std_msgs__msg__String as String
@@ -23,7 +23,7 @@ _TOPIC = "/drink_1/place"
 
 
 def seconds_from_message_to_answer(
-    knowledge: KnowledgeBase, places_of_drink_1: Callable[[], list[str]], messages: int
+    knowledge: KnowledgeBase, places_of_drink_1: Callable[[], Sequence[object]], messages: int
 ) -> list[float]:
     """For each message the time from publishing it until Prolog answers what it says.
 
@@ -31,7 +31,7 @@ def seconds_from_message_to_answer(
         places_of_drink_1: Asks Prolog where `drink_1` is.
     """
     clock, types, spent = WallClock(), Types(), list[float]()
-    answers: list[list[str]] = []
+    answers: list[Sequence[object]] = []
 
     def told(message: object) -> None:
         assert isinstance(message, String)
