@@ -1,7 +1,7 @@
 # `make` lists the targets. Everything runs in .venv, which `make setup` fills once.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all check format lock setup peers wheel clean
+.PHONY: help demo test test-all test-extras check format lock setup extras peers wheel clean
 
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
 unexport PYTHONPATH PYTHONHOME
@@ -15,10 +15,13 @@ demo: $(STAMP) ## two simulated robots look for an empty drink
 	concertmaster run FindEmptyDrink room=tue_lab --robots 2 --site tue_lab
 
 test: check ## the checks and the tests, in a few minutes
-	pytest -n auto --dist worksteal -m "not slow"
+	pytest -n auto --dist worksteal -m "not slow and not node"
 
-test-all: check ## the checks and all tests, the slow ones too
+test-all: check ## the checks and all tests, the slow ones and those of the extras too
 	pytest -n auto --dist worksteal
+
+test-extras: $(STAMP) ## the tests of what is optional: Node.js clients of rosbridge
+	pytest -m node
 
 check: $(STAMP) ## lint, format, types, layers
 	ruff check $(PACKAGES)
@@ -36,9 +39,12 @@ lock: $(STAMP) ## write requirements.lock anew from pyproject.toml, with the new
 
 setup: $(STAMP) ## make .venv: Python packages and SWI-Prolog
 
-$(STAMP): pyproject.toml requirements.lock .ci/setup
+$(STAMP): pyproject.toml requirements.lock .ci/setup .ci/packages
 	.ci/setup
 	touch $@
+
+extras: ## install what is optional, as far as that is possible here: Node.js
+	.ci/extras
 
 peers: $(STAMP) ## install up-tamer, which the planner's benchmark compares with (its licence: educational use)
 	pip install --no-deps up-tamer==1.1.6 pytamer==0.1.22
