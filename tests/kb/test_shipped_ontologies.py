@@ -266,14 +266,15 @@ def test_failure_codes_are_told_once_each() -> None:
 def test_what_our_services_raise_is_a_failure_code() -> None:
     """Each failure that the sources name is told of some class of failure."""
     root = Path(__file__).parents[2]
-    pattern = re.compile(r'(?:\w*Failed\(\s*|failure=|_failure\(call, )"([A-Z]\w+)"')
+    before = r'\w*(?:Failed|Refused)\(\s*|failure=|"failed", |_later\(\w+, \w+, |\b(?:_failure|failed|ended)\([\w.]+, '
+    pattern = re.compile(f'(?:{before})"([A-Z]\\w+)"')
     raised = {
         name
         for folder in ("grounding", "sim", "executive")
         for file in sorted((root / folder).rglob("*.py"))
         for name in pattern.findall(file.read_text(encoding="utf-8"))
     }
-    assert raised >= {"NoPath", "NotLocalized", "ObjectNotFound", "NoReply", "BadInput"}
+    assert raised >= {"NoPath", "NotLocalized", "ObjectNotFound", "NoReply", "BadInput", "Busy", "Lost", "OutOfReach"}
     told = {str(o).split()[-1] for o in ALL.objects(None, term("failureCode")) if str(o).startswith("concertmaster ")}
     assert raised <= told
 
