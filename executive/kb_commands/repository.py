@@ -63,6 +63,7 @@ def add_repository(commands: argparse._SubParsersAction[Any]) -> None:
 
     user = _command(does, "user", "take in a user, or give one a new token; prints the token", _user)
     user.add_argument("name", help="of the user")
+    user.add_argument("--remove", action="store_true", help="take the user and their roles away instead")
 
     grant = _command(does, "grant", "give a user a role in a namespace", _grant)
     grant.add_argument("name", help="or 'anyone', who may become a reader")
@@ -71,6 +72,8 @@ def add_repository(commands: argparse._SubParsersAction[Any]) -> None:
 
     log = _command(does, "log", "print what was done and what was refused, the latest first", _log)
     log.add_argument("--last", type=int, default=20, metavar="N", help="how many lines (default: %(default)s)")
+
+    _command(does, "sweep", "take away contents that no item has, as a killed upload may leave", _sweep)
 
 
 def _command(does: argparse._SubParsersAction[Any], name: str, told: str, run: object) -> argparse.ArgumentParser:
@@ -197,7 +200,11 @@ def _restore(options: argparse.Namespace) -> int:
 
 def _user(options: argparse.Namespace) -> int:
     repository, who = _open(options)
-    print(repository.add_user(who, options.name))
+    if options.remove:
+        repository.remove_user(who, options.name)
+        print(f"{options.name} is no user any more")
+    else:
+        print(repository.add_user(who, options.name))
     return OK
 
 
@@ -213,4 +220,10 @@ def _log(options: argparse.Namespace) -> int:
     for entry in repository.log(who, options.last):
         outcome = f": refused, {entry.refused}" if entry.refused else ""
         print(f"{entry.at} {entry.user} {entry.did} {entry.to_what}".rstrip() + outcome)
+    return OK
+
+
+def _sweep(options: argparse.Namespace) -> int:
+    repository, who = _open(options)
+    print(f"{repository.sweep(who)} contents taken away")
     return OK

@@ -14,6 +14,7 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from io import BufferedReader
 from pathlib import Path
 from typing import BinaryIO
 
@@ -21,6 +22,7 @@ from kb.repository.items import BadItem, RepositoryDamaged
 
 _PIECE = 1 << 20
 _LOCK = ".lock"
+_HEALED_BY = "upload the same again, or bring it back from a copy of the repository"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,24 +72,29 @@ class Blobs:
                 continue  # somebody is writing, about to write, or sweeping
 
     def keep(self, staged: Staged) -> None:
-        """Move a content to its place, if it is not there already."""
+        """Move a content to its place, if it is not there already; in place of what has been damaged there, too."""
         place = self._place(staged.sha256)
-        if not place.exists():
+        if place.exists() and _sha256_of(place) == staged.sha256:
+            return
+        if not place.parent.exists():
             place.parent.mkdir(exist_ok=True)
-            staged.path.chmod(0o444)
-            staged.path.replace(place)
-            _sync_folder(place.parent)
+            _sync_folder(self._blobs)
+        staged.path.chmod(0o444)
+        staged.path.replace(place)
+        _sync_folder(place.parent)
 
     def open(self, sha256: str) -> BinaryIO:
         """A content, to read.
 
         Raises:
-            RepositoryDamaged: It is gone.
+            RepositoryDamaged: It is gone, or is not what it was.
         """
-        try:
-            return self._place(sha256).open("rb")
-        except FileNotFoundError as error:
-            raise RepositoryDamaged(f"the content {sha256} is gone: {self._place(sha256)} does not exist") from error
+        stream = self._found(sha256)
+        if (found := hashlib.file_digest(stream, "sha256").hexdigest()) != sha256:
+            stream.close()
+            raise self._changed(sha256, found)
+        stream.seek(0)
+        return stream
 
     def copy(self, sha256: str, to: Path) -> None:
         """Write a content to a new file.
@@ -95,12 +102,11 @@ class Blobs:
         Raises:
             RepositoryDamaged: It is gone, or is not what it was.
         """
-        with self.open(sha256) as stream:
+        with self._found(sha256) as stream:
             found = write_hashed(stream, to, limit=None, item=sha256)
         if found.sha256 != sha256:
             to.unlink()
-            told = f"{self._place(sha256)} has changed: its hash is {found.sha256}"
-            raise RepositoryDamaged(f"{told}; bring it back from a copy of the repository")
+            raise self._changed(sha256, found.sha256)
 
     def drop_all_but(self, needed: Iterable[str]) -> int:
         """Take away contents that nothing needs; returns how many. Nothing may be kept meanwhile."""
@@ -109,6 +115,16 @@ class Blobs:
         for path in unneeded:
             path.unlink()
         return len(unneeded)
+
+    def _found(self, sha256: str) -> BufferedReader:
+        try:
+            return self._place(sha256).open("rb")
+        except FileNotFoundError as error:
+            told = f"the content {sha256} is gone: {self._place(sha256)} does not exist"
+            raise RepositoryDamaged(f"{told}; {_HEALED_BY}") from error
+
+    def _changed(self, sha256: str, found: str) -> RepositoryDamaged:
+        return RepositoryDamaged(f"{self._place(sha256)} has changed: its hash is {found}; {_HEALED_BY}")
 
     def _place(self, sha256: str) -> Path:
         return self._blobs / sha256[:2] / sha256[2:]
@@ -137,6 +153,11 @@ def write_hashed(stream: BinaryIO, to: Path, *, limit: int | None, item: str) ->
         out.flush()
         os.fsync(out.fileno())
     return Staged(path=to, sha256=digest.hexdigest(), size=size)
+
+
+def _sha256_of(path: Path) -> str:
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def _sync_folder(folder: Path) -> None:

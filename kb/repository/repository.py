@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from datetime import datetime
+from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
 
@@ -34,6 +35,16 @@ from kb.repository.items import (
     check_paths,
 )
 from kb.repository.placing import Placed, place_into, place_new
+
+_NEWEST = """retired IS NULL
+    AND version = (SELECT max(version) FROM items AS n WHERE n.name = items.name AND n.retired IS NULL)"""
+
+_LONGEST_LOGGED = 1000
+_ENTERS_LOGGED = 10_000
+"""Of those who were refused entry so many are remembered: strangers must not fill the disk, nor flush out the rest."""
+
+_FORGET_ENTERS = """DELETE FROM log WHERE did = 'enter' AND id <=
+    (SELECT id FROM log WHERE did = 'enter' ORDER BY id DESC LIMIT 1 OFFSET ?)"""
 
 OWNER = User(name="owner", owns=True)
 """Whoever can read and write the folder of the repository can do everything anyway."""
@@ -67,7 +78,8 @@ class Entry:
 class Repository:
     """A folder of items. Whoever calls has found out who the user is, by `enter`, or holds the folder (`OWNER`).
 
-    Every method raises `AccessRefused` where the user may not do it, and notes that.
+    What changes something raises `AccessRefused` where the user may not do it. That, changes and downloads are in the
+    log; who only looks around is not, and what somebody may not read is not there for them.
     """
 
     def __init__(self, folder: Path, now: Callable[[], datetime], *, limits: Limits | None = None) -> None:
@@ -99,6 +111,12 @@ class Repository:
         with self._acting(who, "add user", name) as db:
             access.require(db, who, access.EVERYWHERE, Role.CURATOR, "add users")
             return access.add_user(db, name)
+
+    def remove_user(self, who: User, name: str) -> None:
+        """Take a user away: their token and their roles; what they have uploaded stays."""
+        with self._acting(who, "remove user", name) as db:
+            access.require(db, who, access.EVERYWHERE, Role.CURATOR, "remove users")
+            access.remove_user(db, name)
 
     def grant(self, who: User, name: str, namespace: str, role: Role) -> None:
         """Give a user a role in a namespace (`*`: in all); `Role.NONE` takes the one they have away.
@@ -180,8 +198,8 @@ class Repository:
             text: Words, or beginnings of words, of names, labels, comments, descriptions and tags.
             capability: That its processes require of a robot.
         """
-        conditions, values = ["retired IS NULL"], list[object]()
-        if words := text.split():
+        conditions, values = [_NEWEST], list[object]()
+        if words := text.replace("\0", " ").split():
             conditions.append("id IN (SELECT rowid FROM texts WHERE texts MATCH ?)")
             values.append(" ".join('"' + word.replace('"', '""') + '"*' for word in words))
         for column, value in (("kind", kind.value if kind else ""), ("site", site)):
@@ -193,13 +211,8 @@ class Repository:
                 conditions.append("id IN (SELECT item FROM words WHERE sort = ? AND word = ?)")
                 values += [sort, value]
         with self._reading() as db:
-            found = tables.select(db, " AND ".join(conditions), tuple(values))
-            newest = dict[str, Item]()
-            for item in found:
-                latest = self._newest(db, item.about.name)
-                if latest is not None and latest.version == item.version and self._may_read(db, who, item):
-                    newest[item.about.name] = item
-        return list(newest.values())[:limit]
+            found = tables.each(db, " AND ".join(conditions), tuple(values))
+            return list(islice((item for item in found if self._may_read(db, who, item)), limit))
 
     def item(self, who: User, name: str, version: int | None = None) -> Item:
         """A version of an item; the newest one in use if none is told.
@@ -236,13 +249,16 @@ class Repository:
 
         Raises:
             NoSuchItem: There is none, or none that the user may read.
-            RepositoryDamaged: Its content is gone.
+            RepositoryDamaged: Its content is gone or has changed.
         """
-        item = self.item(who, name, version)
-        file = next((f for f in item.files if f.path == path), None)
-        if file is None:
-            raise NoSuchItem(f"{item.id} has no file {path}; it has {', '.join(f.path for f in item.files)}")
-        return self._blobs.open(file.sha256)
+        with self._noting(who.name, "download", f"{name}@{version} {path}"):
+            item = self.item(who, name, version)
+            file = next((f for f in item.files if f.path == path), None)
+            if file is None:
+                raise NoSuchItem(f"{item.id} has no file {path}; it has {', '.join(f.path for f in item.files)}")
+            stream = self._blobs.open(file.sha256)
+            self._note(who.name, "download", f"{item.id} {path}")
+            return stream
 
     def download(self, who: User, name: str, folder: Path, version: int | None = None) -> Placed:
         """Put the files of an item, and of all that it needs, into a folder of ontologies.
@@ -311,9 +327,10 @@ class Repository:
             rows = db.execute("SELECT at, user, did, to_what, refused FROM log ORDER BY id DESC LIMIT ?", (limit,))
             return [Entry(at=a, user=u, did=d, to_what=t, refused=r) for a, u, d, t, r in rows]
 
-    def sweep(self) -> int:
+    def sweep(self, who: User) -> int:
         """Take away contents that no item has, as a killed upload may leave; returns how many."""
-        with tables.transaction(self._file, write=True) as db:  # so that no upload is about to need one
+        with self._acting(who, "sweep", "") as db:  # a transaction, so that no upload is about to need one
+            access.require(db, who, access.EVERYWHERE, Role.CURATOR, "sweep the contents")
             return self._blobs.drop_all_but(h for (h,) in db.execute("SELECT DISTINCT sha256 FROM files"))
 
     # Uploading, step by step
@@ -379,13 +396,15 @@ class Repository:
         with self._acting(who, "upload", about.name, refusals=False) as db:
             self._require_uploader(db, who, about)
             newest = self._newest(db, about.name)
-            if newest is not None and (newest.about, newest.files) == (about, item.files):
-                return newest
-            self._refuse_claimed(db, item)
-            [last] = db.execute("SELECT max(version) FROM items WHERE name = ?", (about.name,)).fetchone()
-            item = replace(item, version=(last or 0) + 1)
+            is_new = newest is None or (newest.about, newest.files) != (about, item.files)
+            if is_new:
+                self._refuse_claimed(db, item)
             for content in staged.values():
                 self._blobs.keep(content)
+            if newest is not None and not is_new:
+                return newest
+            [last] = db.execute("SELECT max(version) FROM items WHERE name = ?", (about.name,)).fetchone()
+            item = replace(item, version=(last or 0) + 1)
             text = searchable(" ".join((about.name, about.description, about.site, about.author, *about.tags)))
             tables.insert(db, item, f"{text} {words}")
             return item
@@ -458,10 +477,10 @@ class Repository:
             self._add_entry(db, user, did, to_what, refused)
 
     def _add_entry(self, db: sqlite3.Connection, user: str, did: str, to_what: str, refused: str) -> None:
-        db.execute(
-            "INSERT INTO log (at, user, did, to_what, refused) VALUES (?, ?, ?, ?, ?)",
-            (self._time(), user, did, to_what, refused),
-        )
+        texts = [text.encode(errors="replace").decode()[:_LONGEST_LOGGED] for text in (user, did, to_what, refused)]
+        db.execute("INSERT INTO log (at, user, did, to_what, refused) VALUES (?, ?, ?, ?, ?)", (self._time(), *texts))
+        if did == "enter":
+            db.execute(_FORGET_ENTERS, (_ENTERS_LOGGED,))
 
     def _time(self) -> str:
         return self._now().isoformat(timespec="seconds")

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 
-from kb.repository.items import Description, Item, ItemKind, StoredFile
+from kb.repository.items import BadItem, Description, Item, ItemKind, StoredFile
 
 _WAIT_S = 30.0
 _FORMAT = 1
@@ -46,6 +46,9 @@ def transaction(file: Path, *, write: bool = False) -> Iterator[sqlite3.Connecti
         db.execute("BEGIN IMMEDIATE" if write else "BEGIN")
         try:
             yield db
+        except UnicodeEncodeError as error:
+            db.execute("ROLLBACK")
+            raise BadItem(repr(error.object)[:64], "is no text: it holds half of a pair of surrogates") from error
         except BaseException:
             db.execute("ROLLBACK")
             raise
@@ -89,12 +92,18 @@ def insert(db: sqlite3.Connection, item: Item, text: str) -> None:
 
 def select(db: sqlite3.Connection, where: str, values: tuple[object, ...], rest: str = "") -> list[Item]:
     """Items, by a condition on columns; sorted by name, then from the newest version to the oldest."""
+    return list(each(db, where, values, rest))
+
+
+def each(db: sqlite3.Connection, where: str, values: tuple[object, ...], rest: str = "") -> Iterator[Item]:
+    """As `select`, but each item is read when it is asked for."""
     rows = db.execute(
         "SELECT id, name, kind, site, author, licence, description, version, created, uploaded_by, retired,"
         f" superseded_by FROM items WHERE {where} ORDER BY name, version DESC {rest}",
         values,
     ).fetchall()
-    return [_item(db, row) for row in rows]
+    for row in rows:
+        yield _item(db, row)
 
 
 def _item(db: sqlite3.Connection, row: tuple[object, ...]) -> Item:

@@ -231,9 +231,26 @@ def test_damage_on_the_disk_is_noticed(repository: Repository, tmp_path: Path) -
     with pytest.raises(RepositoryDamaged, match="has changed"):
         repository.download(OWNER, "tue/Beeps", tmp_path / "out")
     assert not (tmp_path / "out").exists()
+    with pytest.raises(RepositoryDamaged, match=r"has changed: its hash is .*; upload the same again"):
+        repository.open_file(OWNER, "tue/Beeps", 1, "tasks/beeps.owl")
     kept.unlink()
     with pytest.raises(RepositoryDamaged, match="is gone"):
         repository.open_file(OWNER, "tue/Beeps", 1, "tasks/beeps.owl")
+
+
+@pytest.mark.parametrize("spoilt", [b"spoilt", None])
+def test_uploading_the_same_again_mends_damage(spoilt: bytes | None, repository: Repository, tmp_path: Path) -> None:
+    """It is no new version, but its content is there again."""
+    item = upload(repository, "tue/Beeps", BEEPS)
+    sha256 = item.files[0].sha256
+    kept = tmp_path / "repository" / "blobs" / sha256[:2] / sha256[2:]
+    kept.chmod(0o644)
+    kept.unlink()
+    if spoilt is not None:
+        kept.write_bytes(spoilt)
+    assert upload(repository, "tue/Beeps", BEEPS) == item
+    with repository.open_file(OWNER, "tue/Beeps", 1, "tasks/beeps.owl") as stream:
+        assert stream.read() == BEEPS["tasks/beeps.owl"].encode()
 
 
 def test_what_is_retired_tells_what_to_take_instead(repository: Repository) -> None:
@@ -302,6 +319,72 @@ def test_tokens_are_checked_and_not_kept(repository: Repository, tmp_path: Path)
     assert new.encode() not in files
     with pytest.raises(AccessRefused, match="is no name for a user"):
         repository.add_user(OWNER, "anyone")
+
+
+def test_a_user_who_is_removed_has_no_rights_left(repository: Repository) -> None:
+    """Nor the token; who comes back under the name begins anew, and what was uploaded stays."""
+    token = repository.add_user(OWNER, "ann")
+    repository.grant(OWNER, "ann", "tue", Role.CONTRIBUTOR)
+    ann = repository.enter("ann", token)
+    item = upload(repository, "tue/Beeps", BEEPS, who=ann)
+    with pytest.raises(AccessRefused, match="may not remove users"):
+        repository.remove_user(ann, "ann")
+    repository.remove_user(OWNER, "ann")
+    with pytest.raises(AccessRefused, match="do not belong together"):
+        repository.enter("ann", token)
+    with pytest.raises(AccessRefused, match="is no user"):
+        repository.remove_user(OWNER, "ann")
+    repository.add_user(OWNER, "ann")
+    with pytest.raises(NoSuchItem):
+        repository.item(ann, "tue/Beeps")
+    assert repository.item(OWNER, "tue/Beeps") == item
+
+
+def test_texts_that_are_none_are_refused(repository: Repository) -> None:
+    """Half a pair of surrogates, or a NUL, is no name, word or token; what is in the log of it is cut."""
+    upload(repository, "tue/Beeps", BEEPS)
+    half = "\ud800"
+    assert repository.search(OWNER, "be\0eps") == []
+    with pytest.raises(BadItem, match="is no text"):
+        repository.search(OWNER, half)
+    for name, token in ((half, "x"), ("ann", half), ("x" * 1_000_000, "x"), ("a\0b", "x")):
+        with pytest.raises(AccessRefused, match="do not belong together"):
+            repository.enter(name, token)
+    with pytest.raises(BadItem):
+        upload(repository, half * 1_000_000, BEEPS)
+    assert max(len(entry.to_what + entry.refused) for entry in repository.log(OWNER)) <= 2000
+
+
+def test_strangers_do_not_fill_the_log(repository: Repository, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of refused entries the last are kept, and of all else everything."""
+    monkeypatch.setattr("kb.repository.repository._ENTERS_LOGGED", 3)
+    upload(repository, "tue/Beeps", BEEPS)
+    for number in range(10):
+        with pytest.raises(AccessRefused):
+            repository.enter(f"user_{number}", "x")
+    entries = [(entry.did, entry.user) for entry in repository.log(OWNER)]
+    assert entries == [("enter", f"user_{n}") for n in (9, 8, 7)] + [("upload", "owner")]
+
+
+def test_files_that_are_read_are_in_the_log(repository: Repository) -> None:
+    """And those that somebody may not read."""
+    upload(repository, "tue/Beeps", BEEPS)
+    repository.open_file(OWNER, "tue/Beeps", 1, "tasks/beeps.owl").close()
+    with pytest.raises(NoSuchItem):
+        repository.open_file(User(name="bob"), "tue/Beeps", 1, "tasks/beeps.owl")
+    [refused, done] = repository.log(OWNER)[:2]
+    assert (done.did, done.to_what, done.refused) == ("download", "tue/Beeps@1 tasks/beeps.owl", "")
+    assert (refused.user, refused.did, bool(refused.refused)) == ("bob", "download", True)
+
+
+def test_a_search_gives_as_many_as_are_asked_for(repository: Repository) -> None:
+    """The newest version of each in use, by name."""
+    upload(repository, "tue/Beeps", BEEPS)
+    for name in ("tue/A", "tue/B", "tue/C"):
+        for about in ("first", "second"):
+            upload(repository, name, {f"tasks/{name[-1]}.owl": song(name[-1], 2)}, description=about)
+    found = repository.search(OWNER, limit=2)
+    assert [(item.id, item.about.description) for item in found] == [("tue/A@2", "second"), ("tue/B@2", "second")]
 
 
 # Many at once, and crashes
@@ -381,7 +464,7 @@ def test_a_killed_upload_leaves_nothing_half(does: str, waits: bool, repository:
             process.kill()
         assert process.wait() == -signal.SIGKILL
     assert repository.versions(OWNER, "tue/Beeps") == [before]
-    repository.sweep()
+    repository.sweep(OWNER)
     assert blobs(repository, tmp_path) == kept
     upload(repository, "tue/Beeps", BEEPS | {"n": "y"})
     assert list((tmp_path / "repository" / "incoming").iterdir()) == []
