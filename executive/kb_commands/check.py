@@ -6,9 +6,8 @@ import argparse
 import json
 from collections.abc import Iterable
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
-
-from watchfiles import watch
 
 from executive.exit_codes import INTERRUPTED, OK, REFUSED, complain
 from executive.kb_commands.options import add_site
@@ -18,8 +17,7 @@ from kb.problems import OntologyRejected, Problem, errors, in_order
 from kb.revisions import read_revision
 from kb.sarif import sarif
 from kb.sites import sites_of
-
-_LOOK_EVERY_MS = 200
+from kb.watching import FolderWatch
 
 
 def add_check(commands: argparse._SubParsersAction[Any]) -> None:
@@ -74,28 +72,32 @@ def _problems(options: argparse.Namespace) -> tuple[list[Problem], str]:
 
 def _watch(options: argparse.Namespace) -> int:
     """Check, and check again whenever something in the folder changes; tell what is new and what is mended."""
+
+    def look() -> tuple[list[Problem], str] | Exception:
+        try:
+            return _problems(options)
+        except (KnowledgeError, OSError) as error:  # a site or file that is away, perhaps while it is saved
+            return error
+
+    looks = SimpleQueue[tuple[list[Problem], str] | Exception]()
+    watching = FolderWatch(options.knowledge, look, looks.put, at_once=True)
     before: list[Problem] = []
-    first = True
     try:
-        # It watches from before the first check on, so that a file saved during a check is seen after it.
-        for changes in watch(options.knowledge, rust_timeout=_LOOK_EVERY_MS, yield_on_timeout=True):
-            if not changes and not first:
-                continue
-            first = False
-            try:
-                now, told = _problems(options)
-            except (KnowledgeError, OSError) as error:  # a site or file that is away, perhaps while it is saved
-                complain(f"concertmaster: {error}")
-                continue
-            _tell(p for p in now if _mark(p) not in set(map(_mark, before)))
-            for problem in before:
-                if _mark(problem) not in set(map(_mark, now)):
-                    print(f"mended: {problem}")
-            print(told, end="", flush=True)
-            before = now
+        while True:
+            match looks.get():
+                case Exception() as error:
+                    complain(f"concertmaster: {error}")
+                case (now, told):
+                    _tell(p for p in now if _mark(p) not in set(map(_mark, before)))
+                    for problem in before:
+                        if _mark(problem) not in set(map(_mark, now)):
+                            print(f"mended: {problem}")
+                    print(told, end="", flush=True)
+                    before = now
     except KeyboardInterrupt:
-        pass
-    return INTERRUPTED
+        return INTERRUPTED
+    finally:
+        watching.close()
 
 
 def _mark(problem: Problem) -> tuple[object, ...]:
