@@ -104,6 +104,12 @@ def make_parser() -> argparse.ArgumentParser:
     )
     trace.set_defaults(command="executive.task_commands.trace:trace")
 
+    simulate = commands.add_parser("simulate", help="serve the simulated fleet of a site over rosbridge")
+    _add_simulated(simulate)
+    simulate.add_argument("--host", default="127.0.0.1", help="address to listen at (default: %(default)s)")
+    simulate.add_argument("--port", type=int, default=9090, help="0 takes any that is free (default: %(default)s)")
+    simulate.set_defaults(command="executive.task_commands.simulate:simulate")
+
     add_kb(commands)
     return parser
 
@@ -128,6 +134,10 @@ def _add_request(parser: argparse.ArgumentParser) -> None:
 def _add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("arguments", nargs="*", metavar="name=value", help="arguments, such as room=tue_lab")
     parser.add_argument("--robots", type=int, help="at most so many robots take part (default: all)")
+    _add_simulated(parser)
+
+
+def _add_simulated(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--site", default="tue_lab", help="name of the site (default: %(default)s)")
     parser.add_argument("--scenario", help="shipped scenario or TOML file (default: the site's own)")
     parser.add_argument("--knowledge", type=Path, help="folder of ontologies (default: the shipped one)")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from contextlib import ExitStack
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,6 +23,9 @@ from grounding.faults import FaultyTransport, read_faults
 from grounding.ground import pose_of
 from grounding.inprocess import Handler, InProcessTransport, Service
 from grounding.messages import OccupancyGrid, PoseStamped, is_type, xyyaw
+from grounding.rosbridge.client import service_types
+from grounding.rosbridge.hub import Hub
+from grounding.rosbridge.server import Server, serve
 from grounding.runner import compute as compute_here
 from grounding.runner import compute_services
 from grounding.workers import Placed
@@ -72,27 +75,17 @@ def open_simulated(
     """
     settings = read_settings(compute, os.environ) if compute else ComputeSettings()
     injected = read_faults(faults) if faults else ()
-    if seed is not None and seed < 0:
-        raise BadRequest("seed", f"seed={seed} is no seed; give a whole number from 0")
     with ExitStack() as on_error:
         base = KnowledgeBase(site, Path(knowledge or SHIPPED))
         on_error.callback(base.close)
-        named = _scenario_for(site) if scenario is None else scenario
-        world = load_scenario(named)
-        _check_names(base.snapshot(), world)
-        for name, place in _told(world):
-            base.tell(Property.LOCATED_AT, name, place, source=Source(kind=SourceKind.SCENARIO))
-        snapshot = base.snapshot()
-        poses = {robot.name: _start_of(robot.name, snapshot) for robot in world.robots}
-        clock = SimClock()
-        starts = {name: xyyaw(pose.pose) for name, pose in poses.items()}
-        simulation = SimFleet(world, starts=starts, clock=clock, seed=seed)
-        on_error.callback(simulation.close)
+        simulated = _simulated(base, scenario, seed)
+        on_error.callback(simulated.fleet.close)
+        snapshot, poses, clock, simulation = base.snapshot(), simulated.poses, simulated.clock, simulated.fleet
         placed = Placed(settings)
         transport = _transport(simulation, snapshot, clock, services, placed)
         _check_groundings(snapshot, transport, list(poses))
         on_error.pop_all()
-    chosen_seed = world.seed if seed is None else seed
+    chosen_seed = simulated.world.seed if seed is None else seed
     recorder = Recorder(trace)
     chance = np.random.default_rng([chosen_seed, _OF_FAULTS])
     shell = Shell(base, FaultyTransport(transport, clock, injected, chance), clock, recorder)
@@ -104,7 +97,7 @@ def open_simulated(
             site=site,
             robots=list(poses),
             knowledge=snapshot.ontology.files.digest,
-            scenario=str(named),
+            scenario=str(simulated.scenario),
             seed=chosen_seed,
             compute=str(compute or ""),
             faults=str(faults or ""),
@@ -120,6 +113,81 @@ def open_simulated(
         live=live,
         compute=placed,
     )
+
+
+@contextmanager
+def serve_simulated(
+    site: str,
+    *,
+    scenario: str | Path | None,
+    knowledge: str | Path | None,
+    seed: int | None,
+    host: str,
+    port: int,
+) -> Iterator[tuple[Server, tuple[str, ...]]]:
+    """Serve the robots of a site over rosbridge, in real time, without an executive.
+
+    The types of a service are those of its grounding; what the simulated robots can do beyond what is grounded has
+    none, and is not offered.
+
+    Yields:
+        The server, and the names of the services.
+
+    Raises:
+        ConcertmasterError: The site, its ontology, the scenario or the address is not usable.
+    """
+    if not 0 <= port <= _LAST_PORT:
+        raise BadRequest("port", f"port {port} is none; give one from 1 to {_LAST_PORT}, or 0 for any that is free")
+    with ExitStack() as open_parts:
+        with closing(KnowledgeBase(site, Path(knowledge or SHIPPED))) as base:
+            simulated = _simulated(base, scenario, seed)
+            open_parts.callback(simulated.fleet.close)
+            groundings = [g for g in base.snapshot().groundings.values() if g.on_robot]
+        hub = Hub(simulated.clock)
+        services = simulated.fleet.services()
+        offered: list[str] = []
+        for name, service_type in service_types(groundings, simulated.poses, hub.types).items():
+            if name not in services:
+                raise BadRequest("scenario", f"no simulated robot offers service {name}, which is grounded")
+            hub.services.offer(name, service_type.name, services[name].handler, services[name].latency_s)
+            offered.append(name)
+        try:
+            server = open_parts.enter_context(serve(hub, simulated.clock, host=host, port=port))
+        except OSError as error:
+            told = error.strerror or str(error)
+            raise BadRequest("port", f"{host}:{port} cannot be listened at: {told}; give another --port") from error
+        yield server, tuple(sorted(offered))
+
+
+_LAST_PORT = 65535
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Simulated:
+    """A fleet that stands where it is said to."""
+
+    scenario: str | Path
+    world: Scenario
+    poses: Mapping[str, PoseStamped]
+    clock: SimClock
+    fleet: SimFleet
+
+
+def _simulated(base: KnowledgeBase, scenario: str | Path | None, seed: int | None) -> _Simulated:
+    """Start the simulated robots of a site; what the scenario says of where things are is told to the knowledge."""
+    if seed is not None and seed < 0:
+        raise BadRequest("seed", f"seed={seed} is no seed; give a whole number from 0")
+    named = _scenario_for(base.snapshot().site) if scenario is None else scenario
+    world = load_scenario(named)
+    _check_names(base.snapshot(), world)
+    for name, place in _told(world):
+        base.tell(Property.LOCATED_AT, name, place, source=Source(kind=SourceKind.SCENARIO))
+    snapshot = base.snapshot()
+    poses = {robot.name: _start_of(robot.name, snapshot) for robot in world.robots}
+    clock = SimClock()
+    starts = {name: xyyaw(pose.pose) for name, pose in poses.items()}
+    fleet = SimFleet(world, starts=starts, clock=clock, seed=seed)
+    return _Simulated(scenario=named, world=world, poses=poses, clock=clock, fleet=fleet)
 
 
 _OF_FAULTS = 1

@@ -99,6 +99,10 @@ class Server:
         """Run `callback` on the thread of hub and clock, from any thread."""
         self._loop.call_soon_threadsafe(self._do, callback)
 
+    def wait(self) -> None:
+        """Wait until the server has stopped: another thread closes it, or an error ended it, which `close` raises."""
+        self._thread.join()
+
     def close(self) -> None:
         """Send all clients away and stop; calling it again does nothing.
 

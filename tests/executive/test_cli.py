@@ -24,6 +24,7 @@ COMMANDS = (
     ["run"],
     ["plan"],
     ["trace"],
+    ["simulate"],
     ["kb"],
     ["kb", "check"],
     ["kb", "ask"],

@@ -1,0 +1,27 @@
+"""`concertmaster simulate`: the simulated fleet of a site behind a rosbridge server."""
+
+from __future__ import annotations
+
+import argparse
+
+from executive.exit_codes import OK
+from executive.replay import scenario_of
+from executive.wiring import serve_simulated
+
+
+def simulate(options: argparse.Namespace) -> int:
+    """Serve until Ctrl-C; the exit status, should the server stop otherwise."""
+    served = serve_simulated(
+        options.site,
+        scenario=scenario_of(options.scenario) if options.scenario else None,
+        knowledge=options.knowledge,
+        seed=options.seed,
+        host=options.host,
+        port=options.port,
+    )
+    with served as (server, services):
+        for name in services:
+            print(name)
+        print(f"serving at {server.uri} until Ctrl-C", flush=True)
+        server.wait()
+    return OK

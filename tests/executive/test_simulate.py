@@ -1,0 +1,75 @@
+"""The simulated fleet of a site, behind a rosbridge server in another process."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+import sys
+from contextlib import closing
+
+import numpy as np
+import pytest
+
+from executive.cli import main
+from grounding.messages import LaserScan
+from grounding.rosbridge.client import RosbridgeTransport, service_types
+from grounding.rosbridge.connection import Endpoint
+from grounding.rosbridge.types import Types
+from grounding.transport import ServiceCall, ServiceReply
+from kb.clock import WallClock
+from kb.files import SHIPPED
+from kb.store import KnowledgeBase
+
+_TIMEOUT_S = 60.0
+
+
+def test_a_client_with_the_same_knowledge_drives_the_fleet_until_it_is_interrupted() -> None:
+    """The laser of a robot answers with what its grounding says; Ctrl-C ends the server as it ends every command."""
+    command = [sys.executable, "-m", "executive.cli", "simulate", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
+        try:
+            assert server.stdout is not None
+            lines = []
+            for line in server.stdout:
+                lines.append(line.rstrip("\n"))
+                if line.startswith("serving at "):
+                    break
+            *services, told = lines
+            assert {"/amigo_1/laser", "/pico_1/base"} <= set(services)
+            assert services == sorted(services)
+            assert isinstance(_scan(told.split()[2]), LaserScan)
+            server.send_signal(signal.SIGINT)
+            rest, errors = server.communicate(timeout=_TIMEOUT_S)
+            assert (server.returncode, rest, errors) == (130, "", "concertmaster: interrupted\n")
+        finally:
+            server.kill()
+
+
+def _scan(uri: str) -> object:
+    types, clock = Types(), WallClock()
+    with closing(KnowledgeBase("tue_lab", SHIPPED)) as base:
+        services = service_types(base.snapshot().groundings.values(), ["amigo_1"], types)
+    rng = np.random.default_rng(0)
+    with RosbridgeTransport(Endpoint(uri=uri), clock, services=services, types=types, binary=True, rng=rng) as robots:
+        assert robots.wait_connected(_TIMEOUT_S), robots.problem
+        replies: list[ServiceReply] = []
+        robots.call(ServiceCall(id=1, service="/amigo_1/laser", fields={}, timeout_s=_TIMEOUT_S), replies.append)
+        clock.run_until(lambda: bool(replies))
+        return replies[0].fields["scan"]
+
+
+def test_an_address_that_is_taken_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    """It is said which, and what to do."""
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        assert main(["simulate", "--port", str(port)]) == 2
+    error = capsys.readouterr().err
+    assert f"127.0.0.1:{port} cannot be listened at" in error
+    assert error.endswith("give another --port\n")
+
+
+def test_a_port_that_cannot_be_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    """Before anything is loaded."""
+    assert main(["simulate", "--port", "70000"]) == 2
+    assert "port 70000 is none" in capsys.readouterr().err
