@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from executive.trace import (
     ActionFinished,
+    FactsTold,
     KnowledgeAccepted,
     KnowledgeRolledBack,
     PlanMade,
@@ -19,6 +20,7 @@ from executive.trace import (
 )
 from grounding.outcome import OutcomeStatus
 from kb.experience import Tries, Trip
+from kb.learned_values import learned_values, one_try
 from kb.ontology import Ontology
 from kb.vocabulary import Kind, Property
 
@@ -59,6 +61,8 @@ class _Reading:
         self._tries: Counter[tuple[str, str, str, int, bool]] = Counter()
         self._planned: dict[str, list[tuple[str, float, float]]] = {}
         self._begun: dict[tuple[str, str], tuple[float, str, int | None]] = {}
+        self._at: dict[str, str] = {}
+        self._learned = learned_values(ontology)
 
     def grouped(self) -> tuple[Tries, ...]:
         """All tries, those that went alike together."""
@@ -81,6 +85,8 @@ class _Reading:
                 self._end(event)
             case ActionFinished():
                 self._finish(event)
+            case FactsTold(prop=Property.LOCATED_AT, value=value):
+                self._at[event.subject] = str(value)
             case TaskFinished():
                 self._begun = {key: begun for key, begun in self._begun.items() if key[0] != event.task}
             case _:
@@ -108,7 +114,7 @@ class _Reading:
             trip = Trip(
                 process=_name(event.process),
                 robot=robot,
-                place=self._place(event.process),
+                place=self._place(event.process, robot),
                 way_ms=way_ms,
                 took_ms=round(took_s * _MS_PER_S),
             )
@@ -123,24 +129,26 @@ class _Reading:
         if not steps or not self._same_knowledge:
             return None
         start_s, end_s = min(steps, key=lambda step: abs(step[0] - event.t_s))
-        odds, more_s, factor = (
-            float(value) if isinstance(value, int | float) else otherwise
-            for value, otherwise in (
-                (self._ontology.value(Property.SUCCESS_ODDS, _name(event.process)), 1.0),
-                (self._ontology.value(Property.DURATION_S, _name(event.process)), 0.0),
-                (self._ontology.value(Property.TRAVEL_FACTOR, event.robot), 1.0),
-            )
-        )
+        place = self._place(event.process, event.robot)
+        learned = self._learned.get((_name(event.process), event.robot), [])
+        more_s, odds = one_try(self._ontology, _name(event.process), learned, place)
+        stated = self._ontology.value(Property.TRAVEL_FACTOR, event.robot)
+        factor = float(stated) if isinstance(stated, int | float) else 1.0
         return max(0, round(((end_s - start_s) * odds - more_s) / factor * _MS_PER_S))
 
     def _count(self, action: str, robot: str, took_s: float, *, succeeded: bool) -> None:
-        key = (_name(action), robot, self._place(action), round(took_s * _MS_PER_S), succeeded)
+        key = (_name(action), robot, self._place(action, robot), round(took_s * _MS_PER_S), succeeded)
         self._tries[key] += 1
 
-    def _place(self, action: str) -> str:
-        """The location that an action names last, such as its goal."""
-        named = [name for name in _NAMED.findall(action) if self._ontology.is_a(name, Kind.LOCATION)]
-        return named[-1] if named else ""
+    def _place(self, action: str, robot: str) -> str:
+        """The location that an action names last, such as its goal; else where its robot is, unless it travels."""
+        named: list[str] = [name for name in _NAMED.findall(action) if self._ontology.is_a(name, Kind.LOCATION)]
+        if named:
+            return named[-1]
+        if any(traveler == robot for _, traveler, _ in self._begun.values()):
+            return ""
+        stated = self._ontology.value(Property.LOCATED_AT, robot)
+        return self._at.get(robot, "" if stated is None else str(stated))
 
 
 def _name(action: str) -> str:

@@ -313,6 +313,10 @@ CODES: dict[str, Code] = {
         meaning="A learned value is of the wrong sort.",
         advice="`learnedDuration_s` is 0 or more, `learnedOdds` above 0 and at most 1, `learnedTravelFactor` above 0.",
     ),
+    "KB167": Code(
+        meaning="A `LearnedValue` does not say of what it is, or another says the same.",
+        advice="One `ofProcess` that is one step, one `ofRobot`, at most one `atPlace`, and a learned number.",
+    ),
     "KB203": Code(
         meaning="A rule has an atom that nothing can be made of, such as an unsupported built-in.",
         advice="The message says which, and what there is instead.",

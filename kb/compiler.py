@@ -7,10 +7,12 @@ kb/rules/facts.pl.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from kb.constructs import MS_PER_S, Constructs, head
+from kb.learned_values import LearnedValue, learned_values, one_try
 from kb.ontology import Ontology, fluent_properties
 from kb.problems import Problem, errors, reject_errors
 from kb.processes import Process, Role
@@ -56,6 +58,7 @@ class Compiler:
         """
         facts = [*self._compiled(revision)]
         facts += self._individuals(revision)  # of those, too, that the conditions ask for
+        facts += self._learned(revision)
         facts += (struct("recursive", revision, name) for name in recursive(self._bodies))
         for name, told in endless(self._bodies).items():
             self._constructs.problem("KB210", name, told)
@@ -153,6 +156,34 @@ class Compiler:
         robot = scope.term(traveling, model)
         goal = scope.term(self._constructs.part(model, Property.TRAVEL_GOAL), model)
         return struct("duration", revision, head(process), struct("travel", robot, goal, milliseconds))
+
+    # What was learned of single robots
+
+    def _learned(self, revision: int) -> Iterator[Term]:
+        """Each with both numbers: what was not learned of a robot at a place is the robot's, or the process's."""
+        with_places = set()
+        for (name, robot), values in learned_values(self._ontology).items():
+            self._check_learned(name, values)
+            for value in values:
+                seconds, odds = one_try(self._ontology, name, values, value.place)
+                where = struct("at", value.place) if value.place else "anywhere"
+                yield struct("learned", revision, name, robot, where, round(seconds * MS_PER_S), odds)
+                with_places |= {name} if value.place else set()
+        for name in with_places & self._processes.keys():
+            process = self._processes[name]
+            if process.place is not None:
+                yield struct("takes_place", revision, head(process), variable(process.place))
+
+    def _check_learned(self, name: str, values: Sequence[LearnedValue]) -> None:
+        process = self._processes.get(name)
+        has_model = self._ontology.value(Property.HAS_DURATION_MODEL, name) is not None
+        if process is None or not process.robots or not (process.is_atomic or has_model):
+            told = f"is of {name}, which is not one step of a robot; learn of what it performs"
+            self._constructs.problem("KB167", values[0].entity, told)
+        for first, other in pairwise(values):
+            if other.place == first.place:
+                told = f"is of the same process, robot and place as {first.entity}; keep one"
+                self._constructs.problem("KB167", other.entity, told)
 
     # What a process requires of its robots
 

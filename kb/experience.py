@@ -31,7 +31,8 @@ class Tries:
 
     Attributes:
         robot: Who; empty for what needs no robot.
-        place: Where it led to or took place, if it names a location; else empty.
+        place: Where it led to or took place: the location that it names, or else where the robot was; empty where
+            that is not known.
         took_ms: Each of them.
         count: How many.
     """

@@ -88,7 +88,7 @@ def _values(files: OntologyFiles, graph: Graph, individuals: set[URIRef]) -> Ite
                 if subject in individuals:
                     for domain in domains:
                         if not asserted.belongs(subject, domain):
-                            yield _misused(files, subject, prop, domain)
+                            yield _misused(files, subject, prop, asserted.name(domain))
                 for code, entity, told in check(asserted, classes, prop, value, ranges):
                     yield files.problem(code, str(entity or _owner(files, graph, subject)), told)
             for restriction, value in _restricted(graph, prop):
@@ -120,7 +120,7 @@ def _thing(asserted: _Asserted, classes: set[Node], prop: Node, value: Node, ran
     else:
         for kind in ranges:
             if not asserted.belongs(value, kind):
-                wanted = local_name(str(kind))
+                wanted = asserted.name(kind)
                 told = f"is a value of {name}, which must be {wanted}, but has no class below {wanted}"
                 yield "KB016", value, f"{told}; add one, or use another property than {name}"
 
@@ -145,8 +145,8 @@ def _literal(asserted: _Asserted, classes: set[Node], prop: Node, value: Node, r
     yield "KB016", None, f"{name} is of xsd:{right}, but {str(value)!r} {told}"
 
 
-def _misused(files: OntologyFiles, subject: Node, prop: Node, domain: Node) -> Problem:
-    name, kind = local_name(str(prop)), local_name(str(domain))
+def _misused(files: OntologyFiles, subject: Node, prop: Node, kind: str) -> Problem:
+    name = local_name(str(prop))
     told = (
         f"has {name}, which is of {kind}, but has no class below {kind}; add one, or use another property than {name}"
     )
@@ -189,6 +189,13 @@ class _Asserted:
             self._classes[individual] = frozenset[Node]().union(*map(self._above, types))
         # Of what has no class at all, that is said (KB017).
         return not self._classes[individual] or kind in self._classes[individual]
+
+    def name(self, kind: Node) -> str:
+        """A class, or the classes of a union, for people."""
+        union = self._graph.value(kind, OWL.unionOf)
+        if union is None:
+            return local_name(str(kind))
+        return " or ".join(sorted(self.name(part) for part in Collection(self._graph, union)))
 
     def _above(self, kind: Node) -> frozenset[Node]:
         """All classes above a class, itself included."""

@@ -1,8 +1,10 @@
 """What was learned of a site: `learned.owl` beside the site's file, to be read, reviewed, taken away.
 
 The file imports that of the site and adds to it how long processes were found to take, how often they succeed,
-how fast robots travel. People's own files are never changed. Where `learned.owl` exists, the site is read through
-it; kb/ontology.py then takes what was learned in place of what is stated.
+how fast robots travel; and, as individuals of LearnedValue, where a single robot differs, everywhere or at a
+place. People's own files are never changed. Where `learned.owl` exists, the site is read through it;
+kb/ontology.py then takes what was learned of processes and robots in place of what is stated, kb/compiler.py
+what was learned of single robots.
 """
 
 from __future__ import annotations
@@ -14,9 +16,9 @@ from pathlib import Path
 from rdflib import Literal, URIRef
 
 from kb.editing import write_over
-from kb.files import read_files
+from kb.files import local_name, read_files
 from kb.ontology import LEARNED
-from kb.vocabulary import CORE, Property
+from kb.vocabulary import CORE, Kind, Property
 from kb.writing import Entity, Sort, ontology_text
 
 FILE = "learned.owl"
@@ -31,12 +33,16 @@ class Refinement:
         subject: Process or robot, by IRI.
         value: Seconds, probability or factor.
         source: How much was measured, in a sentence.
+        robot: By IRI: of a process, the robot that it is about; empty if it is about all.
+        place: By IRI: where; empty if everywhere.
     """
 
     prop: Property
     subject: str
     value: float
     source: str
+    robot: str = ""
+    place: str = ""
 
 
 def site_file(folder: Path, site: str) -> Path:
@@ -69,8 +75,13 @@ def read_learned(folder: Path, site: str) -> tuple[Refinement, ...]:
     for prop, learned in LEARNED.items():
         for subject, value in graph.subject_objects(URIRef(CORE + learned)):
             if isinstance(value, Literal) and isinstance(value.value, float | int):
-                found.append(Refinement(prop=prop, subject=str(subject), value=float(value), source=""))
-    return tuple(sorted(found, key=lambda r: (r.prop, r.subject)))
+                process, robot, place = (
+                    str(graph.value(subject, URIRef(CORE + p)) or "")
+                    for p in (Property.OF_PROCESS, Property.OF_ROBOT, Property.AT_PLACE)
+                )
+                of = process or str(subject)
+                found.append(Refinement(prop=prop, subject=of, value=float(value), source="", robot=robot, place=place))
+    return tuple(sorted(found, key=lambda r: (r.prop, r.subject, r.robot, r.place)))
 
 
 def write_learned(folder: Path, site: str, refinements: Iterable[Refinement]) -> Path:
@@ -95,20 +106,36 @@ def forget_learned(folder: Path, site: str) -> bool:
 
 
 def _text(site_iri: str, refinements: Iterable[Refinement]) -> str:
-    by_subject: dict[str, list[Refinement]] = {}
+    iri = f"{site_iri.removesuffix('.owl')}_learned.owl"
+    found: dict[tuple[str, str, str], list[Refinement]] = {}
     for refinement in sorted(refinements, key=lambda r: r.prop):
-        by_subject.setdefault(refinement.subject, []).append(refinement)
+        found.setdefault((refinement.subject, refinement.robot, refinement.place), []).append(refinement)
     entities = [
         Entity(
-            iri=subject,
+            iri=_individual(iri, subject, robot, place) if robot else subject,
             sort=Sort.INDIVIDUAL,
+            types=(CORE + Kind.LEARNED_VALUE,) if robot else (),
+            links=tuple(
+                (CORE + prop, linked)
+                for prop, linked in (
+                    (Property.OF_PROCESS, subject),
+                    (Property.OF_ROBOT, robot),
+                    (Property.AT_PLACE, place),
+                )
+                if robot and linked
+            ),
             values=(
                 *((CORE + LEARNED[r.prop], r.value) for r in own),
                 *((CORE + Property.LEARNED_FROM, f"{LEARNED[r.prop]}: {r.source}") for r in own),
             ),
         )
-        for subject, own in by_subject.items()
+        for (subject, robot, place), own in found.items()
     ]
     comment = "Learned where robots worked. A value stands in for the one that is stated; to undo it, delete it."
-    iri = f"{site_iri.removesuffix('.owl')}_learned.owl"
     return ontology_text(iri, entities, imports=[site_iri], comments=[comment], label="learned")
+
+
+def _individual(iri: str, process: str, robot: str, place: str) -> str:
+    """The IRI of what is learned of a robot: `Kinect_by_pico_1_at_bar`."""
+    at = f"_at_{local_name(place)}" if place else ""
+    return f"{iri}#{local_name(process)}_by_{local_name(robot)}{at}"

@@ -11,6 +11,11 @@ What is stated counts as `PRIOR` tries, so that a few measurements change little
     the same kind of prior around factor 1 and the stated duration (Bishop, Pattern Recognition and Machine
     Learning, 3.3, with unknown variance), for all robots and processes at once.
 
+Robots are told apart, and places of a robot, in the same way: what is learned from the tries of the others
+counts as `PRIOR` tries of a robot, and what is learned from its tries elsewhere as those at a place, so that no try
+counts twice. A robot, or a place, gets a number of its own only where the one that holds otherwise is not among
+those that are likely at 95 percent: else it may be chance.
+
 Against outliers, the 5 percent longest and the 5 percent shortest (at least one of each) count as the next to
 them: Winsorized means (Dixon 1960). From fewer than `FEWEST` tries nothing is learned.
 """
@@ -18,8 +23,8 @@ them: Winsorized means (Dixon 1960). From fewer than `FEWEST` tries nothing is l
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,10 +51,13 @@ class Lesson:
     Attributes:
         prop: duration_s, successOdds or travelFactor.
         subject: Name of the process or robot.
-        stated: What the files of people say.
+        stated: What the files of people say; of a single robot, what is learned of all; of a robot at a place, what
+            is learned of the robot.
         learned: What tries and trips say, rounded as it is written.
         low, high: It is between these with a probability of 95 percent.
         tries: How many tries or trips it comes from.
+        robot: Of a process: the robot that it is about, if it is about one.
+        place: Where, if it is about that robot at a place.
     """
 
     prop: Property
@@ -59,18 +67,22 @@ class Lesson:
     low: float
     high: float
     tries: int
+    robot: str = ""
+    place: str = ""
 
     @property
     def differs(self) -> bool:
-        """Whether it would change a plan."""
-        return self.learned != round(self.stated, _DIGITS[self.prop])
+        """Whether it would change a plan; of a single robot or a place, beyond doubt."""
+        doubtful = self.robot != "" and self.low <= self.stated <= self.high
+        return not doubtful and self.learned != round(self.stated, _DIGITS[self.prop])
 
     @property
     def source(self) -> str:
         """Where it comes from, in a sentence."""
         measured = "trips" if self.prop == Property.TRAVEL_FACTOR else "tries"
+        otherwise = f"of {self.robot}" if self.place else "of all robots" if self.robot else "stated"
         return (
-            f"{self.tries} {measured}; stated {_short(self.stated)}, "
+            f"{self.tries} {measured}; {otherwise} {_short(self.stated)}, "
             f"with 95 percent between {_short(self.low)} and {_short(self.high)}"
         )
 
@@ -88,18 +100,49 @@ def learn(tries: Sequence[Tries], trips: Sequence[Trip], stated: Ontology) -> li
         own = [t for t in tries if t.process == name]
         if sum(t.count for t in own) < FEWEST:
             continue
-        lessons.append(_odds(name, own, _stated(stated, Property.SUCCESS_ODDS, name, 1.0)))
+        lessons += _by_robot(_odds(name, own, _stated(stated, Property.SUCCESS_ODDS, name, 1.0)), own, _odds, stated)
         if stated.is_a(name, Kind.ATOMIC_PROCESS):
-            lessons.append(_duration(name, own, _stated(stated, Property.DURATION_S, name, 0.0)))
+            of_all = _duration(name, own, _stated(stated, Property.DURATION_S, name, 0.0))
+            lessons += _by_robot(of_all, own, _duration, stated)
     known = [t for t in trips if t.process in stated.kinds and t.robot in stated.kinds]
     if len(known) >= FEWEST:
         lessons += _travel(known, stated)
-    return sorted(lessons, key=lambda lesson: (lesson.prop, lesson.subject))
+    return sorted(lessons, key=lambda lesson: (lesson.prop, lesson.subject, lesson.robot, lesson.place))
 
 
 def _stated(ontology: Ontology, prop: Property, subject: str, otherwise: float) -> float:
     value = ontology.value(prop, subject)
     return float(value) if isinstance(value, int | float) else otherwise
+
+
+def _by_robot(
+    of_all: Lesson,
+    tries: Sequence[Tries],
+    learned: Callable[[str, Sequence[Tries], float], Lesson],
+    stated: Ontology,
+) -> Iterator[Lesson]:
+    """What is learned of a process, then of each robot, and of each robot at each place."""
+    yield of_all
+    name, before = of_all.subject, of_all.stated
+    for robot, own, others in _told_apart(tries, "robot", Kind.ROBOT, stated):
+        prior = learned(name, others, before).learned
+        of_robot = replace(learned(name, own, prior), stated=of_all.learned, robot=robot)
+        yield of_robot
+        above = of_robot.learned if of_robot.differs else of_all.learned
+        for place, there, elsewhere in _told_apart(own, "place", Kind.LOCATION, stated):
+            at_place = learned(name, there, learned(name, elsewhere, prior).learned)
+            yield replace(at_place, stated=above, robot=robot, place=place)
+
+
+def _told_apart(
+    tries: Sequence[Tries], by: str, kind: Kind, stated: Ontology
+) -> Iterator[tuple[str, list[Tries], list[Tries]]]:
+    """Each robot or place that there still is, of which there are enough tries, with those and with all others."""
+    for name in sorted({getattr(t, by) for t in tries}):
+        own = [t for t in tries if getattr(t, by) == name]
+        others = [t for t in tries if getattr(t, by) != name]
+        if stated.is_a(name, kind) and sum(t.count for t in own) >= FEWEST and others:
+            yield name, own, others
 
 
 def _odds(name: str, tries: Iterable[Tries], stated: float) -> Lesson:
@@ -144,8 +187,26 @@ def _travel(trips: Sequence[Trip], stated: Ontology) -> list[Lesson]:
         prop = Property.TRAVEL_FACTOR if place < len(robots) else Property.DURATION_S
         count = sum(name in (t.robot, t.process) for t in trips)
         low, high = float(theta[place] - off[place]), float(theta[place] + off[place])
-        lessons.append(_lesson(prop, name, float(prior[place]), float(theta[place]), low, high, count))
+        lesson = _lesson(prop, name, float(prior[place]), float(theta[place]), low, high, count)
+        if place < len(robots):
+            lessons.append(lesson)
+            continue
+        beside = took - design[:, : len(robots)] @ theta[: len(robots)]
+        own = [_beside(t, s) for t, s in zip(trips, beside, strict=True) if t.process == name]
+        lessons += _by_robot(lesson, own, _duration, stated)
     return lessons
+
+
+def _beside(trip: Trip, seconds: float) -> Tries:
+    """What a trip took besides its way, at the pace of its robot."""
+    return Tries(
+        process=trip.process,
+        robot=trip.robot,
+        place=trip.place,
+        took_ms=max(0, round(seconds * _MS_PER_S)),
+        succeeded=True,
+        count=1,
+    )
 
 
 def _regression(

@@ -27,6 +27,7 @@ class Parameter:
         entity: Its individual in the ontology.
         kind: The class of its values.
         is_datum: Values are messages, not individuals.
+        is_place: Values are locations.
     """
 
     entity: str
@@ -34,6 +35,7 @@ class Parameter:
     role: Role
     kind: str
     is_datum: bool
+    is_place: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,6 +74,11 @@ class Process:
     def robot(self) -> Parameter | None:
         """The parameter that names the robot which does the process, or the first of several."""
         return next(iter(self.robots), None)
+
+    @property
+    def place(self) -> Parameter | None:
+        """The parameter that names where the process leads to or takes place: the last location that it is given."""
+        return next((p for p in reversed(self.inputs) if p.is_place), None)
 
     def parameter(self, name: str) -> Parameter | None:
         """The parameter of this name."""
@@ -128,6 +135,7 @@ def _parameters(ontology: Ontology, process: str) -> tuple[Parameter, ...]:
                 role=Role.ROBOT if ontology.is_a(entity, Kind.ROBOT_PARAMETER) else role,
                 kind=kind,
                 is_datum=ontology.is_datum(kind),
+                is_place=Kind.LOCATION in ontology.superclasses.get(kind, frozenset({kind})),
             )
             found.append((number if isinstance(number, int) else 0, parameter))
     return tuple(p for _, p in sorted(found, key=lambda pair: (pair[0], pair[1].name)))

@@ -50,6 +50,7 @@ class Kind(StrEnum):
     FIELD = "Field"
     FAILURE = "Failure"
     RECOVERY = "Recovery"
+    LEARNED_VALUE = "LearnedValue"
 
 
 class Property(StrEnum):
@@ -107,6 +108,9 @@ class Property(StrEnum):
     LEARNED_ODDS = "learnedOdds"
     LEARNED_TRAVEL_FACTOR = "learnedTravelFactor"
     LEARNED_FROM = "learnedFrom"
+    OF_PROCESS = "ofProcess"
+    OF_ROBOT = "ofRobot"
+    AT_PLACE = "atPlace"
     CLAIMS_PARAMETER = "claimsParameter"
     CAPACITY = "capacity"
     KEEPS_ROBOT = "keepsRobot"

@@ -7,7 +7,7 @@ import hashlib
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from executive.errors import BadRequest
 from executive.exit_codes import OK, complain
@@ -20,6 +20,9 @@ from kb.experience import Experience, Tries
 from kb.files import SHIPPED
 from kb.learned import Refinement, forget_learned, learned_file, main_file, read_learned, site_file, write_learned
 from kb.ontology import Ontology
+
+if TYPE_CHECKING:
+    from kb.learning import Lesson
 
 _ANY_REVISION = 0
 
@@ -59,28 +62,46 @@ def _learn(options: argparse.Namespace) -> int:
     tries, trips = experience.tries(site), experience.trips(site)
     print(f"{site}: {experience.traces(site)} traces, {sum(t.count for t in tries)} tries, {len(trips)} trips")
     lessons = [lesson for lesson in learn(tries, trips, stated) if lesson.differs]
-    before = {(r.prop, r.subject): r.value for r in read_learned(folder, site)}
+    learned = [_refinement(lesson, stated) for lesson in lessons]
+    before = {_about(r): r.value for r in read_learned(folder, site)}
     rows = [
         (
-            *(lesson.subject, str(lesson.prop), f"{lesson.stated:.4g}"),
-            f"{before.get((lesson.prop, stated.iri(lesson.subject)), lesson.stated):.4g}",
+            *(_of(lesson), str(lesson.prop), f"{lesson.stated:.4g}"),
+            f"{before.get(_about(refinement), lesson.stated):.4g}",
             *(f"{lesson.learned:.4g}", str(lesson.tries), f"{lesson.low:.4g} .. {lesson.high:.4g}"),
         )
-        for lesson in lessons
+        for lesson, refinement in zip(lessons, learned, strict=True)
     ]
     if rows:
-        _print_table(("of", "property", "stated", "in use", "learned", "tries", "95 percent between"), rows)
+        _print_table(("of", "property", "otherwise", "in use", "learned", "tries", "95 percent between"), rows)
     else:
         print("nothing differs from what is stated")
     if options.by:
         _print_table(("process", options.by, "tries", "succeeded", "mean (s)"), _by(options.by, tries))
     if options.accept:
-        learned = [
-            Refinement(prop=one.prop, subject=stated.iri(one.subject), value=one.learned, source=one.source)
-            for one in lessons
-        ]
         _accept(folder, site, learned)
     return OK
+
+
+def _of(lesson: Lesson) -> str:
+    """What a lesson is about: `Kinect`, `Kinect by pico_1`, `Kinect by pico_1 at at_bar`."""
+    by = f" by {lesson.robot}" if lesson.robot else ""
+    return lesson.subject + by + (f" at {lesson.place}" if lesson.place else "")
+
+
+def _refinement(lesson: Lesson, stated: Ontology) -> Refinement:
+    return Refinement(
+        prop=lesson.prop,
+        subject=stated.iri(lesson.subject),
+        value=lesson.learned,
+        source=lesson.source,
+        robot=stated.iri(lesson.robot) if lesson.robot else "",
+        place=stated.iri(lesson.place) if lesson.place else "",
+    )
+
+
+def _about(refinement: Refinement) -> tuple[str, ...]:
+    return refinement.prop, refinement.subject, refinement.robot, refinement.place
 
 
 def _take_in(trace: Path, site: str, experience: Experience, stated: Ontology, used: Ontology) -> None:

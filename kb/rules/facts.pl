@@ -14,6 +14,8 @@
             keeps_robot/2,              % ?Revision, ?Name
             claims/3,                   % ?Revision, ?Head, ?Resource
             odds/3,                     % ?Revision, ?Name, ?Odds
+            learned/6,                  % ?Revision, ?Name, ?Robot, ?Where, ?Milliseconds, ?Odds
+            takes_place/3,              % ?Revision, ?Head, ?Place
             recursive/2,                % ?Revision, ?Name
             parameter/4                 % ?Revision, ?Head, ?Variable, ?Class
           ]).
@@ -32,6 +34,9 @@ processes are terms `Name(Argument, ...)` with the arguments in the order of the
   - claims(R, Head, Resource): from its first step to its end the process uses the resource, which
     value(R, capacity, Resource, N) processes can do at once; one where there is no such value.
   - odds(R, Name, Odds): the process, which is one step, succeeds with this probability, in (0, 1].
+  - learned(R, Name, Robot, Where, Milliseconds, Odds): where the process takes another time of that robot, or
+    has other odds, `anywhere` or at(Location): these stand in for what duration/3 and odds/3 say.
+  - takes_place(R, Head, Place): the process, of which something was learned, names the location where it is.
   - keeps_robot(R, Name): a robot that does this composite process does nothing else meanwhile.
   - recursive(R, Name): the process may perform itself, through others or not; it can end, and comes to
     itself only after a step.
@@ -41,7 +46,7 @@ processes are terms `Name(Argument, ...)` with the arguments in the order of the
 
 :- dynamic
     kind/3, value/4, fluent/4, definition/4, precondition/3, effect/4, duration/3, requires/3,
-    agent/3, keeps_robot/2, claims/3, odds/3, recursive/2, parameter/4.
+    agent/3, keeps_robot/2, claims/3, odds/3, learned/6, takes_place/3, recursive/2, parameter/4.
 
 %!  load_facts(+Facts:list, -Dict) is det.
 %
@@ -62,7 +67,8 @@ exported(kind/3).       exported(value/4).        exported(fluent/4).
 exported(definition/4). exported(precondition/3). exported(effect/4).
 exported(duration/3).   exported(requires/3).     exported(agent/3).
 exported(keeps_robot/2). exported(claims/3).       exported(odds/3).
-exported(recursive/2).  exported(parameter/4).
+exported(learned/6).      exported(takes_place/3).  exported(recursive/2).
+exported(parameter/4).
 
 %!  drop_facts(+Revision, -Dict) is det.
 

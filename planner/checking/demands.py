@@ -40,6 +40,8 @@ class Demand:
         fixed_ms: How long one try takes, besides the travel.
         travel: The traveling robot and where to.
         odds: Probability that a try succeeds.
+        measured: Instead of fixed_ms and odds, of a robot at a place, or everywhere ("").
+        place: Number of the parameter that names where it takes place, if one does.
     """
 
     name: str
@@ -54,6 +56,8 @@ class Demand:
     fixed_ms: int
     travel: tuple[Term, Term] | None
     odds: float
+    measured: Mapping[tuple[str, str], tuple[int, float]]
+    place: int | None
 
 
 class Demands:
@@ -83,8 +87,9 @@ class Demands:
         arguments = self._processes[name].arguments
         robots = tuple(n for n, p in enumerate(arguments) if p.role is Role.ROBOT)
         model = self._ontology.value(Property.HAS_DURATION_MODEL, name)
-        seconds = self._ontology.value(Property.DURATION_S, name)
-        odds = self._ontology.value(Property.SUCCESS_ODDS, name)
+        fixed_ms = self._milliseconds(Property.DURATION_S, name, 0)
+        odds = self._number(Property.SUCCESS_ODDS, name, 1.0)
+        places = [n for n, p in enumerate(arguments) if p.role is not Role.OUTPUT and self._is_place(p.kind)]
         return Demand(
             name=name,
             parameters=tuple(p.name for p in arguments),
@@ -95,10 +100,45 @@ class Demands:
             claims=tuple(self._parameter(e) for e in self._names(Property.CLAIMS_PARAMETER, name)),
             keeps_robots=self._ontology.value(Property.KEEPS_ROBOT, name) is True,
             one_step=model is not None or name not in self._definitions,
-            fixed_ms=round(float(seconds) * _MS_PER_S) if isinstance(seconds, int | float) else 0,
+            fixed_ms=fixed_ms,
             travel=None if model is None else self._travel(str(model)),
-            odds=float(odds) if isinstance(odds, int | float) else 1.0,
+            odds=odds,
+            measured=self._measured(name, fixed_ms, odds),
+            place=places[-1] if places else None,
         )
+
+    def _measured(self, name: str, fixed_ms: int, odds: float) -> dict[tuple[str, str], tuple[int, float]]:
+        """What was learned of robots, everywhere first: of a robot at a place, the rest is that."""
+        by_place: dict[tuple[str, str], str] = {}
+        for entity in self._learned.get(name, ()):
+            robot, place = (self._ontology.value(p, entity) for p in (Property.OF_ROBOT, Property.AT_PLACE))
+            by_place["" if place is None else str(place), str(robot)] = entity
+        measured: dict[tuple[str, str], tuple[int, float]] = {}
+        for (place, robot), entity in sorted(by_place.items()):
+            otherwise = measured.get((robot, ""), (fixed_ms, odds))
+            measured[robot, place] = (
+                self._milliseconds(Property.LEARNED_DURATION_S, entity, otherwise[0]),
+                self._number(Property.LEARNED_ODDS, entity, otherwise[1]),
+            )
+        return measured
+
+    @cached_property
+    def _learned(self) -> dict[str, list[str]]:
+        """The learned values of each process."""
+        found: dict[str, list[str]] = {}
+        for entity in self._ontology.individuals(Kind.LEARNED_VALUE):
+            found.setdefault(str(self._ontology.value(Property.OF_PROCESS, entity)), []).append(entity)
+        return found
+
+    def _number(self, prop: Property, entity: str, otherwise: float) -> float:
+        value = self._ontology.value(prop, entity)
+        return float(value) if isinstance(value, int | float) else otherwise
+
+    def _milliseconds(self, prop: Property, entity: str, otherwise: int) -> int:
+        return round(self._number(prop, entity, otherwise / _MS_PER_S) * _MS_PER_S)
+
+    def _is_place(self, kind: str) -> bool:
+        return Kind.LOCATION in self._ontology.superclasses.get(kind, {kind})
 
     def _names(self, prop: Property, entity: str) -> list[str]:
         return [str(v) for v in self._ontology.values(prop, entity)]

@@ -164,9 +164,20 @@ class Stage:
             if way_s is None:
                 raise Refused(f"{robot} has no way from {at} to {goal}")
             way_ms = round(way_s * MS_PER_S)
-        if demand.odds == 1.0:
-            return way_ms + demand.fixed_ms
-        return round(way_ms / demand.odds) + round(demand.fixed_ms / demand.odds)
+        fixed_ms, odds = self._one_try(demand, arguments, moment)
+        if odds == 1.0:
+            return way_ms + fixed_ms
+        return round(way_ms / odds) + round(fixed_ms / odds)
+
+    def _one_try(self, demand: Demand, arguments: tuple[Term, ...], moment: Moment) -> tuple[int, float]:
+        """What a try takes besides the travel, and its odds: of the robot here, else of the robot, else of all."""
+        if not demand.measured:
+            return demand.fixed_ms, demand.odds
+        robot = str(arguments[demand.robots[0]])
+        at = self._knowledge.values(Property.LOCATED_AT, robot, moment) if demand.place is None else ()
+        place = str(arguments[demand.place]) if demand.place is not None else str(at[0]) if at else ""
+        generally = demand.measured.get((robot, ""), (demand.fixed_ms, demand.odds))
+        return demand.measured.get((robot, place), generally)
 
     def _worked(self, robots: Iterable[str], takes_ms: int, moment: Moment) -> Mapping[str, int]:
         """How long robots have worked; no longer than their energy lasts."""

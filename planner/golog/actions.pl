@@ -4,10 +4,6 @@
             team_fits/3,                % +Agents, +Head, +Revision
             permitted/2,                % +Head, +Situation
             idle/2,                     % +Agents, +Situation
-            one_step/3,                 % +Head, -Duration, +Situation
-            milliseconds/4,             % +Head, +Duration, -Milliseconds, +Situation
-            odds_of/3,                  % +Head, -Odds, +Situation
-            expected/3,                 % +Milliseconds, +Odds, -Milliseconds
             work_limit/3,               % +Robot, -Milliseconds, +Situation
             claims_of/3,                % +Head, -Resources, +Situation
             begin_step/6,               % +Id, +Head, +Agents, +Milliseconds, +Situation, -Situation
@@ -29,11 +25,10 @@ its agents and claim resources too, from its first step to its end; its own step
 :- use_module(library(ordsets)).
 :- use_module(library(lists)).
 :- use_module(library(apply)).
-:- use_module(kb_rules(facts), [agent/3, claims/3, duration/3, keeps_robot/2, kind/3, odds/3, parameter/4, precondition/3]).
+:- use_module(kb_rules(facts), [agent/3, claims/3, keeps_robot/2, kind/3, parameter/4, precondition/3]).
 :- use_module(kb_rules(capability), [capable/3]).
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(conditions)).
-:- use_module(planner_golog(travel)).
 
 %!  agents_of(+Head, -Agents, +Situation) is det.
 %
@@ -91,57 +86,6 @@ idle(Agents, S) :-
     (   New == []
     ->  true
     ;   length(Team, Size), length(New, More), limit(S, Limit), Size + More =< Limit
-    ).
-
-% ---------------------------------------------------------------------------------------- durations
-
-%!  one_step(+Head, -Duration, +Situation) is semidet.
-%
-%   True if Head is one durative step: a primitive action, or, looking ahead, a composite process with
-%   a duration model.
-
-one_step(Head, Duration, S) :-
-    revision(S, Revision),
-    duration(Revision, Head, Duration),
-    !,
-    (   Duration = fixed(_) -> true ; ahead(S, _) ).
-
-%!  milliseconds(+Head, +Duration, -Milliseconds, +Situation) is semidet.
-%
-%   How long a process is expected to take, done again until it succeeds. Fails where there is no way.
-
-milliseconds(Head, fixed(Once), Milliseconds, S) :- !,
-    odds_of(Head, Odds, S),
-    expected(Once, Odds, Milliseconds).
-milliseconds(Head, travel(Robot, To, Once), Milliseconds, S) :-
-    ahead(S, Travel),
-    ( set_value(locatedAt, Robot, From, S) -> true ; From = here ),
-    travel_time(Travel, Robot, From, To, Way), !,
-    odds_of(Head, Odds, S),
-    expected(Way, Odds, On_the_way),
-    expected(Once, Odds, More),
-    Milliseconds is On_the_way + More.
-
-odds_of(Head, Odds, S) :-
-    revision(S, Revision),
-    functor(Head, Name, _),
-    (   odds(Revision, Name, Known) -> Odds = Known ; Odds = 1 ).
-
-%!  expected(+Milliseconds, +Odds, -Milliseconds) is det.
-%
-%   The mean of what it takes until it succeeds, tries being independent: the geometric distribution's
-%   1/Odds tries. Rounded half to even, as Python does.
-
-expected(Once, Odds, Milliseconds) :-
-    (   Odds =:= 1
-    ->  Milliseconds = Once
-    ;   Exact is Once / float(Odds),
-        Down is floor(Exact),
-        Half is Exact - Down,
-        (   ( Half > 0.5 ; Half =:= 0.5, Down mod 2 =:= 1 )
-        ->  Milliseconds is Down + 1
-        ;   Milliseconds = Down
-        )
     ).
 
 %!  work_limit(+Robot, -Milliseconds, +Situation) is semidet.

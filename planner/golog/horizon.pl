@@ -13,6 +13,7 @@
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(conditions)).
 :- use_module(planner_golog(actions)).
+:- use_module(planner_golog(durations)).
 :- use_module(planner_golog(transition)).
 
 %!  halted(+Program, +Situation, -Locations) is semidet.

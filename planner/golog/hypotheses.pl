@@ -17,6 +17,7 @@ These are entries of planner/hypotheses.py (see kb/prolog.py).
 :- use_module(library(occurs), [sub_term/2]).
 :- use_module(kb_rules(facts)).
 :- use_module(planner_golog(actions)).
+:- use_module(planner_golog(durations)).
 :- use_module(planner_golog(influence)).
 :- use_module(planner_golog(obstacles)).
 :- use_module(planner_golog(projection)).

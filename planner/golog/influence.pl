@@ -15,7 +15,7 @@
 :- use_module(library(ordsets)).
 :- use_module(library(pairs)).
 :- use_module(library(occurs), [sub_term/2]).
-:- use_module(kb_rules(facts), [agent/3, claims/3, definition/4, duration/3, effect/4, kind/3, parameter/4, precondition/3, requires/3]).
+:- use_module(kb_rules(facts), [agent/3, claims/3, definition/4, duration/3, effect/4, kind/3, learned/6, parameter/4, precondition/3, requires/3]).
 :- use_module(planner_golog(projection)).
 
 %!  called(+Program, +Situation, -Names) is det.
@@ -220,8 +220,8 @@ prioritized(P) :-
 
 %!  alike(+Program, +Names, +Situation, -Groups) is det.
 %
-%   The robots, in groups of those that neither a class that Program and the processes Names ask for nor a
-%   condition in them tells apart. One that is named where a robot is still to be picked is like no other:
+%   The robots, in groups of those that neither a class that Program and the processes Names ask for, nor a
+%   condition in them, nor what was learned of them tells apart. One that is named where a robot is still to be picked is like no other:
 %   it may be the one that is picked, and is there all the same.
 
 alike(P, Names, S, Groups) :-
@@ -238,7 +238,7 @@ alike(P, Names, S, Groups) :-
     findall(R, ( program_part(P, Names, S, Part), mentioned(Part, R), memberchk(R, Robots) ), Mentioned),
     findall(Signature-R,
             ( member(R, Robots),
-              ( memberchk(R, Mentioned) -> Signature = R ; signature(Revision, Classes, Properties, S, R, Signature) ) ),
+              ( memberchk(R, Mentioned) -> Signature = R ; signature(Revision, Classes, Properties, Names, S, R, Signature) ) ),
             Pairs0),
     keysort(Pairs0, Pairs),
     group_pairs_by_key(Pairs, Keyed),
@@ -269,11 +269,14 @@ asked_of(Revision, Names, Class) :-
     ;   parameter(Revision, Head, _, Class), functor(Head, Name, _)
     ).
 
-signature(Revision, Classes, Properties, S, R, Kinds-Values) :-
+signature(Revision, Classes, Properties, Names, S, R, signature(Kinds, Values, Learned, Places)) :-
     findall(Class, ( member(Class, Classes), kind(Revision, R, Class) ), Kinds0),
     sort(Kinds0, Kinds),
     findall(P-V, ( member(P, Properties), fluent_value(P, R, V, S) ), Values0),
-    sort(Values0, Values).
+    sort(Values0, Values),
+    findall(l(Name, Where, Ms, Odds), ( learned(Revision, Name, R, Where, Ms, Odds), memberchk(Name, Names) ), Learned0),
+    sort(Learned0, Learned),
+    ( memberchk(l(_, at(_), _, _), Learned) -> findall(P, fluent_value(locatedAt, R, P, S), Places) ; Places = [] ).
 
 %!  grouped(+Individuals:ordset, +Groups, -Groups) is det.
 %

@@ -23,7 +23,6 @@ what.
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(pairs)).
-:- use_module(planner_golog(actions), [expected/3]).
 :- use_module(planner_golog(legs)).
 
 %!  separable(+Network, -Jobs) is semidet.
@@ -165,8 +164,7 @@ quickest(Ways, Quickest) :-
     keysort(Pairs, [_-Quickest|_]).
 
 compute([], End, End, []).
-compute([step(Id, none, _, Odds, Once, _)|Parts], Start, End, [step(Start, Next, Id, [])|Steps]) :-
-    expected(Once, Odds, Ms),
+compute([step(Id, none, _, _, Ms, _)|Parts], Start, End, [step(Start, Next, Id, [])|Steps]) :-
     Next is Start + Ms,
     compute(Parts, Next, End, Steps).
 

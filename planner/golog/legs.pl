@@ -29,7 +29,7 @@ travel times from one place: tables(Here, Table) has that of 0, and those of the
 :- use_module(library(assoc)).
 :- use_module(library(lists)).
 :- use_module(library(apply)).
-:- use_module(planner_golog(actions), [expected/3]).
+:- use_module(planner_golog(durations), [expected/3]).
 
 %!  never(-Milliseconds) is det.
 %
@@ -71,9 +71,8 @@ inner_travel(Steps) :-
     member(step(_, _, Goal, _, _, _), Later),
     Goal \== none, !.
 
-add_step(Go, Tables, Travel, step(Id, Who, Goal, Odds, Once, Ends), Leg0, Leg) :-
+add_step(Go, Tables, Travel, step(Id, Who, Goal, Odds, Fixed, Ends), Leg0, Leg) :-
     Leg0 = leg(Goal0, Odds0, Ms0, Spare0, At0, Parts),
-    expected(Once, Odds, Fixed),
     (   Who == none
     ->  ( Go == tight -> true ; throw(coupled) ),
         Ms is Ms0 + Fixed, Spare is Spare0 + Fixed,

@@ -20,8 +20,8 @@ a list of Resource-N. Root is made of
     held(Id, Robot, N)  claimed(Id, Claims, N)  by(Milliseconds, N)
 
 Robots that no condition tells apart share one option: what they differ in is how long they travel.
-Exact is false if a condition or precondition depends on what is done before: it is left out, and the
-network is a relaxation. planner/network.py says the same in Python.
+Exact is false if a condition, a precondition or a duration depends on what is done before: it is left out,
+or the least that it can be, and the network is a relaxation. planner/network.py says the same in Python.
 */
 
 :- use_module(library(lists)).
@@ -32,8 +32,10 @@ network is a relaxation. planner/network.py says the same in Python.
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(conditions)).
 :- use_module(planner_golog(actions)).
+:- use_module(planner_golog(durations)).
 :- use_module(planner_golog(influence)).
 :- use_module(planner_golog(transition)).
+:- use_module(planner_golog(standing)).
 :- use_module(planner_golog(travel)).
 
 :- multifile prolog:error_message//1.
@@ -49,10 +51,11 @@ prolog:error_message(no_network(What)) -->
 
 network(P, S, Network) :-
     called(P, S, Names),
-    ( independent(P, S), \+ begins_unseen(Names, S) -> Exact = true ; Exact = false ),
+    ( independent(P, S), \+ begins_unseen(Names, S) -> Sure = sure(true) ; Sure = sure(false) ),
     alike(P, Names, S, Groups),
-    (   expand(P, in(S, first, Names, Groups), Root)
-    ->  robots(S, Robots),
+    (   expand(P, in(S, first, Names, Groups, places([], Sure)), Root)
+    ->  arg(1, Sure, Exact),
+        robots(S, Robots),
         limit(S, Team),
         ahead(S, Travel),
         capacities(S, Capacity),
@@ -102,12 +105,13 @@ capacities(S, Capacities) :-
 
 % ---------------------------------------------------------------------------------------- expansion
 
-%   In is in(Situation, When, Names, Groups): When is `first` as long as nothing can come before, Names are
-%   the processes of the program, Groups the robots that are alike.
+%   In is in(Situation, When, Names, Groups, Places): When is `first` as long as nothing can come before, Names
+%   are the processes of the program, Groups the robots that are alike, Places is places(Kept, Sure): Kept tells
+%   of the robots that a process keeps where they are, Sure is sure(Exact) and changed where it turns out false.
 expand([], _, seq([])).
-expand([P|Ps], In, seq([N|Ns])) :- expand(P, In, N), later(In, In1), maplist(expand_in(In1), Ps, Ns).
+expand([P|Ps], In, seq([N|Ns])) :- expand(P, In, N), after(N, In, In1), expand(Ps, In1, seq(Ns)).
 expand(conc([P]), In, N) :- !, expand(P, In, N).
-expand(conc(Ps), In, side(Ns)) :- later(In, In1), maplist(expand_in(In1), Ps, Ns).
+expand(conc(Ps), In, side(Ns)) :- beside(In, In1), maplist(expand_in(In1), Ps, Ns).
 expand(pconc(_), _, _) :- no_network(prioritized).
 expand(interrupt(_, _, _, _, _), _, _) :- no_network(interrupt).
 expand(star(_, _, _), _, _) :- no_network(iterate).
@@ -119,23 +123,23 @@ expand(test(C), In, seq([])) :-
     ( fixed(C, [], In, Answer) -> Answer == yes ; true ).
 expand(search(P), In, N) :- expand(P, In, N).
 expand(deadline(Ms, P), In, by(Left, N)) :-
-    In = in(S, _, _, _),
+    In = in(S, _, _, _, _),
     began(S, Began), now(S, Now),
     Left is Began + Ms - Now,
     expand(P, In, N).
 expand(any_order(Frame, Step, Ps), In, any_order(Id, Ns)) :-
     step_id(Frame, Step, Id),
-    later(In, In1),
+    beside(In, In1),
     maplist(expand_in(In1), Ps, Ns).
 expand(any_order(_, _, [], _), _, seq([])) :- !.
 expand(any_order(_, _, _, _), _, _) :- no_network(any_order).
 expand(choice(Frame, Step, Ps), In, alt(Id, Options)) :-
-    In = in(S, _, _, _),
+    In = in(S, _, _, _, _),
     step_id(Frame, Step, Id),
     findall(option([N], Node), ( nth1(N, Ps, P), \+ excluded(Id, N, S), expand(P, In, Node) ), Options),
     Options \== [].
 expand(pick(Frame, Step, V, Class, P), In, alt(Id, Options)) :-
-    In = in(S, _, _, Groups),
+    In = in(S, _, _, Groups, _),
     step_id(Frame, Step, Id),
     findall(X, ( member_of(Class, X, S), \+ excluded(Id, X, S) ), Xs),
     grouped(Xs, Groups, Grouped),
@@ -151,32 +155,34 @@ expand(if(C, P, Q), In, N) :-
     ).
 expand(foreach(F, Step, Vs, C, Inner, P), In, N) :-
     (   fixed(C, Vs, In, _)
-    ->  In = in(S, _, _, _),
+    ->  In = in(S, _, _, _, _),
         instances(F, Step, Vs, C, Inner-P, S, Turns),
         expand(conc(Turns), In, N)
     ;   no_network(for_each)
     ).
 expand(call(Frame, Step, Head0), In, Node) :-
-    In = in(S, _, _, _),
+    In = in(S, _, _, _, _),
     bound_head(Head0, S, Head),
     step_id(Frame, Step, Id),
     agents_of(Head, Agents, S),
     could(Head, Agents, In),
     (   one_step(Head, Duration, S)
-    ->  step(Id, Head, Agents, Duration, S, Node)
+    ->  step(Id, Head, Agents, Duration, In, Node)
     ;   revision(S, Revision), functor(Head, Name, _),
         ( recursive(Revision, Name) -> no_network(recursion) ; true ),
         expansion(Id, Head, S, Body),
         moved(Head, Agents, S, Ends),
         ( member(Place, Ends), Place \== none -> no_network(locatedAt(Head)) ; true ),
-        expand(Body, In, N),
+        ( keeps_robot(Revision, Name) -> keeping(Agents, In, In1) ; In1 = In ),
+        expand(Body, In1, N),
         kept(Id, Head, Agents, S, N, Node)
     ).
 expand(scope(Id, Head, P), In, Node) :-
-    In = in(S, _, _, _),
+    In = in(S, _, _, _, _),
     agents_of(Head, Agents, S),
-    expand(P, In, N),
     findall(A, ( member(A, Agents), set_value(held, A, Id, S) ), Held),
+    keeping(Held, In, In1),
+    expand(P, In1, N),
     running(S, Runs),
     findall(underway(Id, [A], 0, [none], []),       % between its steps it has begun all the same
             ( member(A, Held), \+ ( member(run(_, Busy, _, _), Runs), memberchk(A, Busy) ) ),
@@ -185,7 +191,7 @@ expand(scope(Id, Head, P), In, Node) :-
     foldl(held(Id), Held, seq(Row), N1),
     claims_of(Head, Claims, S),
     ( Claims == [] -> Node = N1 ; Node = claimed(Id, Claims, seq([underway(Id, [], 0, [], []), N1])) ).
-expand(running(Id), in(S, _, _, _), underway(Id, Agents, Left, Ends, Claims)) :-
+expand(running(Id), in(S, _, _, _, _), underway(Id, Agents, Left, Ends, Claims)) :-
     running(S, Runs),
     memberchk(run(End, Agents, Id, Head), Runs),
     now(S, Now),
@@ -198,11 +204,18 @@ expand_in(In, P, N) :- expand(P, In, N).
 no_network(What) :-
     throw(error(no_network(What), _)).
 
-later(in(S, _, Names, Groups), in(S, later, Names, Groups)).
+%   In after the node N has been done, or beside other nodes; with robots that from here on are kept.
+after(N, in(S, _, Names, Groups, places(Kept0, Sure)), in(S, later, Names, Groups, places(Kept, Sure))) :-
+    maplist(stands_after(N), Kept0, Kept).
+beside(in(S, _, Names, Groups, places(Kept0, Sure)), in(S, later, Names, Groups, places(Kept, Sure))) :-
+    maplist([R-_, R-unsure]>>true, Kept0, Kept).
+keeping(Robots, in(S, When, Names, Groups, places(Kept0, Sure)), in(S, When, Names, Groups, places(Kept, Sure))) :-
+    findall(R-Where, ( member(R, Robots), \+ memberchk(R-_, Kept0), stands_first(When, R, S, Where) ), New),
+    append(New, Kept0, Kept).
 
 %   The answer to a condition that nothing before changes. Where only acting finds it out, a plan may end
 %   there: what comes after would be no part of it, but of the network's bound.
-fixed(C, Classes, in(S, When, Names, _), Answer) :-
+fixed(C, Classes, in(S, When, Names, _, _), Answer) :-
     ( found_out(C), \+ ( When == first, asked(C, S, Known), Known \= unknown(_) ) -> no_network(sensing) ; true ),
     ( When == first -> true ; lasting(C, Classes, Names, S) ),
     asked(C, S, Answer),
@@ -215,24 +228,28 @@ found_out(C) :-
 
 %   Its robots are different and capable, and no precondition is broken for good.
 could(Head, Agents, In) :-
-    In = in(S, _, _, _),
+    In = in(S, _, _, _, _),
     revision(S, Revision),
     functor(Head, Name, _),
     team_fits(Agents, Head, Revision),
     forall(member(Agent, Agents), capable(Revision, Name, Agent)),
     \+ ( precondition(Revision, Head, C), fixed(C, [], In, no) ).
 
-step(Id, Head, Agents, Duration, S, step(Id, Agents, Goal, Odds, Fixed, Ends, Claims)) :-
-    odds_of(Head, Odds, S),
-    (   Duration = fixed(Once)
+step(Id, Head, Agents, Duration, In, step(Id, Agents, Goal, Odds, Fixed, Ends, Claims)) :-
+    In = in(S, When, _, _, places(Kept, Sure)),
+    (   Duration = fixed(Stated)
     ->  Goal = none
-    ;   Duration = travel(Robot, Goal, Once),
+    ;   Duration = travel(Robot, Goal, Stated),
         ( Goal = fluent(_, _) -> no_network(travel_goal(Head)) ; true ),
         ( Agents = [Robot|_] -> true ; no_network(traveler(Head)) ),
         ahead(S, Travel),
         place_index(Travel, Goal, _)
     ),
-    expected(Once, Odds, Fixed),
+    (   takes(Head, Agents, Stated, When, Kept, S, Odds, Fixed)
+    ->  true
+    ;   takes_least(Head, Stated, S, Odds, Fixed),
+        nb_setarg(1, Sure, false)
+    ),
     moved(Head, Agents, S, Ends),
     claims_of(Head, Claims, S).
 

@@ -14,6 +14,7 @@ In is in(Situation, Names, Process, Below, Inside), see planner_hypotheses.
 :- use_module(kb_rules(facts), [precondition/3]).
 :- use_module(kb_rules(capability), [missing/4]).
 :- use_module(planner_golog(actions)).
+:- use_module(planner_golog(durations)).
 :- use_module(planner_golog(conditions)).
 :- use_module(planner_golog(influence)).
 :- use_module(planner_golog(projection)).
@@ -39,11 +40,8 @@ obstacle(Head, In, broken(Name, Agents, Lasting, Broken)) :-
 obstacle(Head, in(S, _, Name, _, _), Obstacle) :-
     one_step(Head, Duration, S),
     agents_of(Head, Agents, S),
-    (   least_way(Duration, S, Way, Once)
-    ->  odds_of(Head, Odds, S),
-        expected(Way, Odds, On_the_way),
-        expected(Once, Odds, More),
-        Least is On_the_way + More,
+    (   least_way(Duration, S, Way, Stated)
+    ->  least_time(Head, Way, Stated, Least, S),
         member(Robot, Agents),
         work_limit(Robot, Limit, S),
         worked(Robot, S, Done),

@@ -19,6 +19,7 @@
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(conditions)).
 :- use_module(planner_golog(actions)).
+:- use_module(planner_golog(durations)).
 :- use_module(planner_golog(horizon)).
 :- use_module(planner_golog(influence)).
 :- use_module(planner_golog(transition)).
@@ -130,14 +131,8 @@ shortest(Head, Duration, S, Milliseconds) :-
     ),
     (   Way >= 1_000_000_000_000
     ->  Milliseconds = Way
-    ;   expected_of(Head, Way, Once, S, Milliseconds)
+    ;   least_time(Head, Way, Once, Milliseconds, S)
     ).
-
-expected_of(Head, Way, Once, S, Milliseconds) :-
-    odds_of(Head, Odds, S),
-    expected(Way, Odds, W),
-    expected(Once, Odds, O),
-    Milliseconds is W + O.
 
 %!  calls(+Program, +Situation, -Heads) is det.
 %

@@ -22,6 +22,7 @@ A move is move(Start, Agents, Program, Situation), with Start the events that te
 :- use_module(library(lists)).
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(actions)).
+:- use_module(planner_golog(durations)).
 :- use_module(planner_golog(transition)).
 
 %!  moves(+Program, +Situation, -Moves) is det.

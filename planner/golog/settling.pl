@@ -17,6 +17,7 @@ another branch (planner_influence:waits/2), all of it is looked at.
 :- use_module(kb_rules(facts), [definition/4, recursive/2]).
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(actions)).
+:- use_module(planner_golog(durations)).
 :- use_module(planner_golog(guide)).
 :- use_module(planner_golog(transition)).
 

@@ -28,6 +28,7 @@ ahead, to the next natural end) and planner_steps (acting, to what the robots re
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(conditions)).
 :- use_module(planner_golog(actions)).
+:- use_module(planner_golog(durations)).
 :- use_module(planner_golog(guide)).
 :- use_module(planner_golog(horizon), [halted/3]).
 

@@ -115,7 +115,7 @@ def vocabulary_page(core: Path) -> str:
     ):
         lines += ["", f"## {title}", "", "| property | of | value | sort | meaning |", "|---|---|---|---|---|"]
         for node in _named(graph, sort):
-            domain, value = (_names(graph.objects(node, p)) for p in (RDFS.domain, RDFS.range))
+            domain, value = (_names(_parts(graph, node, p)) for p in (RDFS.domain, RDFS.range))
             lines.append(f"| `{_name(node)}` | {domain} | {value} | {_sort(graph, node)} | {_comment(graph, node)} |")
     return "\n".join([*lines, *_alignments(graph)]) + "\n"
 
@@ -242,6 +242,15 @@ def _manchester(graph: Graph, node: Node) -> str:
     assert prop is not None, "a class expression that this page cannot show"
     assert filler is not None, "a class expression that this page cannot show"
     return f"({_name(prop)} some {_manchester(graph, filler)})"
+
+
+def _parts(graph: Graph, prop: Node, end: URIRef) -> list[Node]:
+    """The classes of the subjects or values of a property; of a union, each."""
+    found: list[Node] = []
+    for kind in graph.objects(prop, end):
+        union = graph.value(kind, OWL.unionOf)
+        found += [kind] if union is None else Collection(graph, union)
+    return found
 
 
 def _escaped(text: str) -> str:

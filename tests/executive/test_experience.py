@@ -11,6 +11,7 @@ from executive.cli import main
 from executive.experience import gather
 from executive.trace import (
     ActionFinished,
+    FactsTold,
     FleetOpened,
     KnowledgeAccepted,
     PlanMade,
@@ -21,8 +22,9 @@ from executive.trace import (
     to_json,
 )
 from kb.experience import Tries, Trip
-from kb.learned import site_file
+from kb.learned import Refinement, main_file, site_file, write_learned
 from kb.store import Snapshot, load
+from kb.vocabulary import Property
 
 NAVIGATE = 'Navigate(amigo_1,"kitchen","at_bar")'
 
@@ -127,6 +129,43 @@ def test_what_was_not_tried_does_not_count(snapshot: Snapshot) -> None:
         ended(4.0),
     ]
     assert gather(events, snapshot.ontology, same_knowledge=True).tries == ()
+
+
+def test_a_try_is_where_its_robot_is(snapshot: Snapshot) -> None:
+    """Where it starts, as the ontology says; nowhere on the way; where it has come to; what it names comes first."""
+    arrived = FactsTold(t_s=7.0, task="one", prop="locatedAt", subject="amigo_1", value="at_bar")
+    events: list[TraceEvent] = [
+        finished(0.3, "Kinect(amigo_1)"),
+        planned((NAVIGATE, 0.5, 6.5)),
+        begun(0.5),
+        finished(2.0, "Base(amigo_1)"),
+        ended(7.0),
+        arrived,
+        finished(8.0, "Kinect(amigo_1)"),
+        finished(9.0, 'Path(amigo_1,"at_cabinet")'),
+    ]
+    places = {(t.process, t.place) for t in gather(events, snapshot.ontology, same_knowledge=True).tries}
+    assert places == {
+        ("Kinect", "start_west"),
+        ("Navigate", "at_bar"),
+        ("Base", ""),
+        ("Kinect", "at_bar"),
+        ("Path", "at_cabinet"),
+    }
+
+
+def test_the_way_of_a_trip_is_worked_out_with_what_was_learned(knowledge: Path) -> None:
+    """6 s are planned for it: of amigo_1 at the bar, 2 s come on top, and the odds are a half."""
+    site, core = "http://example.org/concertmaster/tue_lab.owl#", "http://example.org/concertmaster/navigation.owl#"
+    there = [
+        Refinement(prop=p, subject=f"{core}Navigate", value=v, source="", robot=f"{site}amigo_1", place=f"{site}at_bar")
+        for p, v in ((Property.DURATION_S, 2.0), (Property.SUCCESS_ODDS, 0.5))
+    ]
+    write_learned(knowledge, "tue_lab", there)
+    learned = load(main_file(knowledge, "tue_lab"), knowledge)
+    events: list[TraceEvent] = [planned((NAVIGATE, 0.5, 6.5)), begun(0.5), ended(7.5)]
+    [trip] = gather(events, learned, same_knowledge=True).trips
+    assert trip.way_ms == 1000
 
 
 @pytest.mark.slow

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from kb.compiler import Compiler
 from kb.learned import Refinement, forget_learned, read_learned, write_learned
 from kb.problems import OntologyRejected
 from kb.store import KnowledgeBase
+from kb.terms import render
 from kb.vocabulary import Property
 from tests.kb.conftest import IRI
 
@@ -47,6 +50,29 @@ def test_learned_values_hold_until_they_are_taken_away(folder: Path) -> None:
     assert not forget_learned(folder, "tue_lab")
     assert values(folder) == before == (0.08, None, None)
     assert {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()} == others
+
+
+def test_what_is_learned_of_a_robot_is_an_individual_of_its_own(folder: Path) -> None:
+    """Everywhere and at a place; it is read as it was written, checked, and compiled to whole facts."""
+    robot, place = f"{IRI}tue_lab.owl#pico_1", f"{IRI}tue_lab.owl#at_bar"
+    of_robot = Refinement(prop=Property.DURATION_S, subject=KINECT, value=0.25, source="30 tries", robot=robot)
+    there = Refinement(prop=Property.SUCCESS_ODDS, subject=KINECT, value=0.5, source="9", robot=robot, place=place)
+    way = replace(there, subject=f"{IRI}navigation.owl#Navigate", value=0.8)
+    file = write_learned(folder, "tue_lab", [*LEARNED, there, of_robot, way])
+    read = [(r.prop, r.subject, r.robot, r.place, r.value) for r in read_learned(folder, "tue_lab")]
+    assert read == sorted((r.prop, r.subject, r.robot, r.place, r.value) for r in (*LEARNED, there, of_robot, way))
+    assert "#Kinect_by_pico_1_at_at_bar" in file.read_text(encoding="utf-8")
+    knowledge = KnowledgeBase("tue_lab", folder)
+    snapshot = knowledge.snapshot()
+    knowledge.close()
+    told = map(render, Compiler(snapshot.ontology, snapshot.processes).facts(1))
+    facts = {fact for fact in told if fact.startswith(("learned(", "takes_place("))}
+    assert facts == {
+        "learned(1,'Kinect',pico_1,anywhere,250,0.9)",
+        "learned(1,'Kinect',pico_1,at(at_bar),250,0.5)",
+        "learned(1,'Navigate',pico_1,at(at_bar),1500,0.8)",
+        "takes_place(1,'Navigate'(Robot,Area,Location),Location)",
+    }
 
 
 @pytest.mark.parametrize(

@@ -20,19 +20,28 @@ def stated(shipped: KnowledgeBase) -> Ontology:
     return shipped.snapshot().ontology
 
 
-def tried(ms: int, count: int = 1, *, process: str = "Kinect", succeeded: bool = True) -> Tries:
+def tried(
+    ms: int,
+    count: int = 1,
+    *,
+    process: str = "Kinect",
+    robot: str = "amigo_1",
+    place: str = "",
+    succeeded: bool = True,
+) -> Tries:
     """Tries that took so long."""
-    return Tries(process=process, robot="amigo_1", place="", took_ms=ms, succeeded=succeeded, count=count)
+    return Tries(process=process, robot=robot, place=place, took_ms=ms, succeeded=succeeded, count=count)
 
 
-def trip(way_ms: int, took_ms: int, robot: str = "amigo_1") -> Trip:
+def trip(way_ms: int, took_ms: int, robot: str = "amigo_1", place: str = "at_bar") -> Trip:
     """A trip of a robot."""
-    return Trip(process="Navigate", robot=robot, place="at_bar", way_ms=way_ms, took_ms=took_ms)
+    return Trip(process="Navigate", robot=robot, place=place, way_ms=way_ms, took_ms=took_ms)
 
 
-def learned(lessons: list[Lesson], prop: Property, subject: str) -> Lesson:
-    """The one lesson about a property of a process or robot."""
-    [found] = [one for one in lessons if (one.prop, one.subject) == (prop, subject)]
+def learned(lessons: list[Lesson], prop: Property, subject: str, robot: str = "", place: str = "") -> Lesson:
+    """The one lesson about a property of a process or robot, or of a process by a robot, or there."""
+    about = (prop, subject, robot, place)
+    [found] = [one for one in lessons if (one.prop, one.subject, one.robot, one.place) == about]
     return found
 
 
@@ -95,6 +104,75 @@ def test_travel_factors_are_told_apart_from_what_comes_on_top(stated: Ontology) 
     assert amigo.tries == 200
     few = learn([], trips[:3] + trips[200:203], stated)
     assert 1.0 < learned(few, Property.TRAVEL_FACTOR, "amigo_1").learned < 1.4
+
+
+def test_robots_are_told_apart_where_it_is_no_chance(stated: Ontology) -> None:
+    """One takes 0.16 s and one the stated 0.08; with the others' as its prior, no try counts twice."""
+    slow, fast = tried(160, 90), tried(80, 90, robot="pico_1")
+    lessons = learn([slow, fast], [], stated)
+    both = learned(lessons, Property.DURATION_S, "Kinect")
+    amigo, pico = (learned(lessons, Property.DURATION_S, "Kinect", r) for r in ("amigo_1", "pico_1"))
+    assert both.learned == round((10 * 0.08 + 90 * 0.16 + 90 * 0.08) / 190, 3)
+    others = round((10 * 0.08 + 90 * 0.08) / 100, 3)
+    assert amigo.learned == round((10 * others + 90 * 0.16) / 100, 3)
+    assert (amigo.stated, pico.stated) == (both.learned, both.learned)
+    assert (amigo.differs, pico.differs) == (True, True)
+    assert amigo.source.startswith("90 tries; of all robots 0.118")
+    rng = np.random.default_rng(3)
+    alike = [tried(int(rng.normal(160, 40)), robot=robot) for robot in ("amigo_1", "pico_1") for _ in range(40)]
+    lessons = [one for one in learn(alike, [], stated) if one.prop == Property.DURATION_S]
+    assert [(one.robot, one.differs) for one in lessons] == [("", True), ("amigo_1", False), ("pico_1", False)]
+
+
+def test_of_a_single_robot_or_place_nothing_is_told_apart(stated: Ontology) -> None:
+    """There is nothing to compare with; nor from few tries, nor of robots and places that are gone."""
+    alone = [tried(160, 90, place="at_bar")]
+    few = [tried(300, FEWEST - 1, robot="pico_1"), tried(300, 90, robot="gone_1")]
+    for tries, robots in ((alone, {""}), (alone + few, {"", "amigo_1"})):
+        lessons = learn(tries, [], stated)
+        assert {one.robot for one in lessons} == robots
+        assert {one.place for one in lessons} == {""}
+
+
+def test_places_of_a_robot_are_told_apart(stated: Ontology) -> None:
+    """One robot fails at the bar, and only there; another one nowhere."""
+    tries = [
+        tried(80, 10, place="at_bar"),
+        tried(80, 30, place="at_bar", succeeded=False),
+        tried(80, 40, place="at_cabinet"),
+        tried(80, 40, place="at_bar", robot="pico_1"),
+        tried(80, 40, place="at_cabinet", robot="pico_1"),
+    ]
+    lessons = [one for one in learn(tries, [], stated) if one.prop == Property.SUCCESS_ODDS and one.differs]
+    assert [(one.robot, one.place) for one in lessons] == [
+        ("", ""),
+        *(("amigo_1", place) for place in ("", "at_bar", "at_cabinet")),
+        ("pico_1", ""),
+    ]
+    general, bar = lessons[1], lessons[2]
+    assert general.learned == round((10 + 50) / (10 + 80), 4)
+    assert bar.learned == round((10 + 10) / (10 + 40), 4)
+    assert bar.stated == general.learned
+    assert bar.source.startswith("40 tries; of amigo_1 0.6667")
+
+
+def test_what_comes_on_top_of_a_way_is_told_apart_too(stated: Ontology) -> None:
+    """Two robots of one pace; at the bar, one needs 6 s more to turn, of which its pace takes a part."""
+    rng = np.random.default_rng(5)
+    trips = [
+        trip(int(way), int(way + 1500 + more + rng.normal(0, 50)), robot, place)
+        for robot, place, more in (
+            *(("amigo_1", "at_bar", 6000), ("amigo_1", "at_cabinet", 0)),
+            *(("pico_1", "at_bar", 0), ("pico_1", "at_cabinet", 0)),
+        )
+        for way in rng.uniform(1000, 20000, 100)
+    ]
+    lessons = [one for one in learn([], trips, stated) if one.prop == Property.DURATION_S]
+    at_bar, at_cabinet = (
+        learned(lessons, Property.DURATION_S, "Navigate", "amigo_1", p) for p in ("at_bar", "at_cabinet")
+    )
+    assert 4.0 < at_bar.learned - at_cabinet.learned < 6.5
+    assert (at_bar.differs, at_cabinet.differs) == (True, True)
 
 
 def test_experience_is_kept_by_site_and_a_trace_counts_once(tmp_path: Path) -> None:

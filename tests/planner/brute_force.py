@@ -9,7 +9,7 @@ others need, and of equal starts any order will do, so that one of the orders gi
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import permutations, product
 from math import floor
@@ -47,6 +47,8 @@ class World:
     travel_ms: Mapping[tuple[str, str, str], int]
     drinks: Mapping[str, str]
     energy_J: Mapping[str, float]  # noqa: N815 - as the ontology has it
+    learned: Mapping[tuple[str, str, str], tuple[int, float]] = field(default_factory=dict)
+    """How long a try takes, and its odds: of a process and a robot, at a place or everywhere ("")."""
 
     def job(self, base: Snapshot, body: Term) -> Job:
         """A request for the process `Main` with this body."""
@@ -61,6 +63,8 @@ class World:
         yard.add("door", "Door")
         yard.add("lot", "Lot", capacity=CAPACITY["lot"])
         _add_processes(yard)
+        for (process, robot, place), (ms, odds) in self.learned.items():
+            yard.learned(process, robot, place, duration_s=ms / 1000, odds=odds)
         yard.process("Main", body=body)
         seconds = {way: ms / 1000 for way, ms in self.travel_ms.items()}
         return Job(yard=yard, robots=self.limit, times=seconds)
@@ -379,10 +383,21 @@ def random_world(rng: np.random.Generator) -> World:
     )
 
 
+def _random_learned(rng: np.random.Generator, robots: Sequence[str]) -> dict[tuple[str, str, str], tuple[int, float]]:
+    """In one of three worlds, something was learned of single robots, everywhere or at places."""
+    share = float(rng.choice([0.0, 0.0, 0.3]))
+    return {
+        (process, robot, place): (int(rng.integers(1, 60)), float(rng.choice([1.0, 0.6, 0.9])))
+        for process, robot, place in product(FIXED_MS, robots, ("", *PLACES))
+        if process != "Think" and rng.random() < share
+    }
+
+
 def random_case(seed: int) -> tuple[World, Term, Tree]:
     """A world, the body of a program in it that is small enough to try everything, and its tree."""
     rng = np.random.default_rng(seed)
     world = random_world(rng)
+    world = replace(world, learned=_random_learned(np.random.default_rng([seed, 1]), world.robots))
     while True:
         body, tree = Maker(rng, world).program()
         if _size(tree) <= LARGEST:
@@ -569,12 +584,16 @@ def _limit_ms(robot: str, world: World) -> int:
 
 
 def _took(task: Task, at: Mapping[str, str], world: World) -> int | None:
-    odds = ODDS.get(task.process, 1.0)
-    fixed = round(FIXED_MS.get(task.process, 0) / odds)
+    fixed, odds = FIXED_MS.get(task.process, 0), ODDS.get(task.process, 1.0)
+    if task.robots:
+        robot = task.robots[0]
+        here = task.what or at.get(robot, "")
+        for place in ("", here):
+            fixed, odds = world.learned.get((task.process, robot, place), (fixed, odds))
     if task.process not in TRAVELS:
-        return fixed
+        return round(fixed / odds)
     way = world.travel_ms.get((task.robots[0], at.get(task.robots[0], "here"), task.what))
-    return None if way is None else round(way / odds) + fixed
+    return None if way is None else round(way / odds) + round(fixed / odds)
 
 
 def travel_tables(world: World) -> Term:

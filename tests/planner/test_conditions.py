@@ -244,7 +244,7 @@ def bodies(draw: st.DrawFn) -> list[str]:
 @pytest.fixture(scope="module")
 def asking() -> Process:
     """A process that is given ?x."""
-    parameter = Parameter(entity="P_x", name="x", role=Role.INPUT, kind="Thing", is_datum=False)
+    parameter = Parameter(entity="P_x", name="x", role=Role.INPUT, kind="Thing", is_datum=False, is_place=False)
     return Process(name="P", is_atomic=True, parameters=(parameter,))
 
 

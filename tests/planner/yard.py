@@ -73,7 +73,12 @@ class Yard:
             is_atomic=body is None,
             parameters=tuple(
                 Parameter(
-                    entity=f"{name}_{p}", name=p, role=r, kind="Robot" if r is Role.ROBOT else "Thing", is_datum=False
+                    entity=f"{name}_{p}",
+                    name=p,
+                    role=r,
+                    kind="Robot" if r is Role.ROBOT else "Location" if p == "place" else "Thing",
+                    is_datum=False,
+                    is_place=p == "place",
                 )
                 for p, r in zip(parameters, roles, strict=True)
             ),
@@ -121,6 +126,18 @@ class Yard:
             )
             for prop, s, v in effects
         ]
+
+    def learned(self, process: str, robot: str, place: str, *, duration_s: float, odds: float) -> None:
+        """What was learned of a robot at a place, or everywhere if that is empty."""
+        values: dict[str, Value] = {"learnedDuration_s": duration_s, "learnedOdds": odds}
+        values |= {"ofProcess": process, "ofRobot": robot} | ({"atPlace": place} if place else {})
+        self.add(f"{process}_by_{robot}_{place}", "LearnedValue", **values)
+        where = struct("at", place) if place else "anywhere"
+        self._facts.append(("learned", (process, robot, where, round(duration_s * 1000), odds)))
+        parameters = tuple(Var(p.name.capitalize()) for p in self.processes[process].parameters)
+        names = ("takes_place", (Struct(process, parameters), Var("Place")))
+        if Var("Place") in parameters and names not in self._facts:
+            self._facts.append(names)
 
     def _condition(self, process: str, term: Term) -> str:
         """A condition as individuals of the ontology; returns the name of the outermost."""
