@@ -52,10 +52,15 @@ def make_parser() -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    run = commands.add_parser("run", help="do a task with the simulated fleet of a site")
+    run = commands.add_parser("run", help="do a task with the simulated fleet of a site, or with robots elsewhere")
     _add_request_or_goal(run)
     run.add_argument("--out", type=Path, help="folder for trace and pictures (default: the next free runs/TASK-N)")
     run.add_argument("--compute", type=Path, help="settings of the compute services (TOML): which run in workers")
+    run.add_argument(
+        "--connect",
+        metavar="WHERE",
+        help="robots elsewhere: the address of their rosbridge server, or a file (TOML) with one for each",
+    )
     run.add_argument("--faults", type=Path, help="what goes wrong with calls to services (TOML)")
     run.add_argument(
         "--watch", action="store_true", help="put in force what is saved in the knowledge folder while robots work"

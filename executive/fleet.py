@@ -16,13 +16,14 @@ from types import TracebackType
 from typing import Self
 
 from executive import events
+from executive.connecting import open_connected
 from executive.errors import BadRequest
 from executive.goals import check_goal, recipe_file, store_recipe
 from executive.live import KnowledgeProposal
 from executive.request import TaskRequest, check_fact, check_request
 from executive.shell import TaskResult
 from executive.trace import TraceEvent
-from executive.wiring import Parts, open_simulated
+from executive.wiring import Given, Parts, open_simulated
 from grounding.inprocess import Handler
 from kb.errors import ConcertmasterError, InternalError
 from kb.history import Fact, Known
@@ -114,8 +115,9 @@ class Fleet:
         services: Mapping[str, Handler] | None = None,
         compute: Path | None = None,
         faults: Path | None = None,
+        connect: str | Path | None = None,
     ) -> Self:
-        """Load the knowledge of a site and start its simulated robots.
+        """Load the knowledge of a site and start its simulated robots, or connect to robots elsewhere.
 
         Args:
             site: Name of the site: `sites/<site>/<site>.owl` in the knowledge folder.
@@ -129,13 +131,14 @@ class Fleet:
                 takes the fields of a request and gives those of the reply, or raises ServiceFailed.
             compute: Settings (TOML) that say which compute services run in worker processes; none if left out.
             faults: What goes wrong with calls (TOML); nothing if left out.
+            connect: Where the robots are, in real time: the address of a rosbridge server that has them all, or a
+                file (TOML) that names one for each. They are simulated if it is left out.
 
         Raises:
-            ConcertmasterError: Something given is not usable; nothing was started.
+            ConcertmasterError: Something given is not usable, or a robot cannot be reached; nothing was started.
         """
-        parts = open_simulated(
-            site,
-            scenario=scenario,
+        given = Given(
+            site=site,
             knowledge=knowledge,
             seed=seed,
             trace=trace,
@@ -143,7 +146,11 @@ class Fleet:
             compute=compute,
             faults=faults,
         )
-        return cls(parts)
+        if connect is None:
+            return cls(open_simulated(given, scenario))
+        if scenario is not None:
+            raise BadRequest("scenario", "robots that are connected are where they are; leave the scenario out")
+        return cls(open_connected(given, connect))
 
     def request(self, process: str, /, *, robots: int | None = None, **arguments: str) -> TaskHandle:
         """File a task.
@@ -371,7 +378,7 @@ class Fleet:
         with ExitStack() as closing:
             closing.callback(self._parts.knowledge.close)
             closing.callback(self._parts.compute.close)
-            closing.callback(self._parts.simulation.close)
+            closing.callback(self._parts.robots.close)
             closing.callback(self._parts.shell.recorder.close)
             closing.callback(self._parts.live.close)
             for task in reversed(self._parts.shell.unfinished):  # the last first, or the next would begin

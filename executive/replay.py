@@ -57,6 +57,8 @@ def first_difference(events: Sequence[TraceEvent], knowledge: Path, beside: Path
     opened = events[0] if events else None
     if not isinstance(opened, FleetOpened):
         raise BadTrace("trace", 1, "does not begin with fleet_opened, so it is not known what to do again")
+    if opened.connect:
+        raise BadTrace("trace", 1, f"is of robots at {opened.connect}; what they did cannot be done again, only read")
     with Fleet.open(
         opened.site,
         scenario=scenario_of(opened.scenario),

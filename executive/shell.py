@@ -38,11 +38,25 @@ from planner.network import Travel
 from planner.plan import EFFORT, Plan
 from planner.planner import Session, TravelTimes
 
-PLANNING_S = 0.5
-"""Under simulated time, making a plan takes so long (about 0.3 s on two slow cores, most of it travel times)."""
 
-DECIDING_S = 0.001
-"""Under simulated time, each decision of what may start now takes so long."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pace:
+    """How much time thinking takes beside what the clock sees of it.
+
+    Attributes:
+        planning_s: To make a plan.
+        deciding_s: For each decision of what may start now.
+    """
+
+    planning_s: float
+    deciding_s: float
+
+
+SIMULATED = Pace(planning_s=0.5, deciding_s=0.001)
+"""Simulated time stands still meanwhile. A plan takes about 0.3 s on two slow cores, most of it travel times."""
+
+REAL = Pace(planning_s=0.0, deciding_s=0.0)
+"""A real clock goes on by itself."""
 
 FORECAST_EFFORT = 1.0
 """Budget for planning a task to see what another revision changes for it, in deterministic seconds."""
@@ -70,8 +84,11 @@ class TaskResult:
 class Shell:
     """One executive: one fleet, one queue of events."""
 
-    def __init__(self, knowledge: KnowledgeBase, transport: Transport, clock: Clock, recorder: Recorder) -> None:
+    def __init__(
+        self, knowledge: KnowledgeBase, transport: Transport, clock: Clock, recorder: Recorder, pace: Pace
+    ) -> None:
         self.clock = clock
+        self._pace = pace
         self.recorder = recorder
         self.results: dict[str, TaskResult] = {}
         self._knowledge = knowledge
@@ -176,7 +193,7 @@ class Shell:
         key, now_s = f"explain@{snapshot.revision}", self.clock.now_s  # no two fleets share a revision
         session = Session(key, snapshot, request.process, request.arguments, robots=request.robots, now_s=now_s)
         with self._knowledge.in_use(snapshot), closing(session):
-            explainer = Explainer(session, self._travel_times(snapshot), now_s=now_s + PLANNING_S)
+            explainer = Explainer(session, self._travel_times(snapshot), now_s=now_s + self._pace.planning_s)
             yield self._made_plan(session, snapshot)[0], explainer
 
     def _solved(self, request: TaskRequest, snapshot: Snapshot) -> GoalPlan:
@@ -232,7 +249,7 @@ class Shell:
         if found.steps:
             process = GoalProcess(found, self._snapshots[task])
             self._goal_processes[task], self._snapshots[task] = process, process.snapshot
-        self._post_after(PLANNING_S, events.GoalWasSolved(task=task, plan=found))
+        self._post_after(self._pace.planning_s, events.GoalWasSolved(task=task, plan=found))
 
     def _compile(self, task: str) -> None:
         snapshot, request = self._snapshots[task], self._requests[task]
@@ -267,10 +284,10 @@ class Shell:
         old, new, carry = self._last_change
         self._hold(task, snapshot := self._knowledge.snapshot())
         why = concerned(self._requests[task].process, old, new, carry.changed)
-        then_s = self.clock.now_s + DECIDING_S
+        then_s = self.clock.now_s + self._pace.deciding_s
         progress = self._sessions[task].rebased(snapshot, forgotten=carry.dropped, anew=bool(why), now_s=then_s)
         what = f"revision {new.number} of the knowledge: {why or 'other individuals fit'}"
-        self._post_after(DECIDING_S, events.ActionsAreReady(task=task, progress=progress, change=what))
+        self._post_after(self._pace.deciding_s, events.ActionsAreReady(task=task, progress=progress, change=what))
 
     def _plan(self, task: str) -> None:
         own, now = self._snapshots[task], self._knowledge.snapshot()
@@ -278,7 +295,7 @@ class Shell:
         plan, without = self._made_plan(self._sessions[task], current)
         self._plans[task] = plan
         made = events.PlanWasMade(task=task, plan=plan, lacking=without, limits_s=self._limits_s(task, plan))
-        self._post_after(PLANNING_S, made)
+        self._post_after(self._pace.planning_s, made)
 
     def _limits_s(self, task: str, plan: Plan) -> dict[str, float]:
         """How long the plan's composite steps may take: as planned, and the grace time that the ontology grants."""
@@ -299,7 +316,9 @@ class Shell:
     ) -> tuple[Plan, tuple[str, ...]]:
         now_s = self.clock.now_s
         plans = []
-        for plan in session.plans(self._travel_times(snapshot), now_s=now_s + PLANNING_S, effort=effort, stop=stop):
+        for plan in session.plans(
+            self._travel_times(snapshot), now_s=now_s + self._pace.planning_s, effort=effort, stop=stop
+        ):
             on_plan(plan)
             plans = [plan]
         [plan] = plans
@@ -363,24 +382,24 @@ class Shell:
 
     def report_outcome(self, task: str, action: Action, outcome: Outcome) -> None:
         """Tell the planner how an action ended; what it decides comes as an event."""
-        session, then_s = self._sessions[task], self.clock.now_s + DECIDING_S
+        session, then_s = self._sessions[task], self.clock.now_s + self._pace.deciding_s
         if outcome.succeeded:
             truths = {name: value for name, value in outcome.outputs.items() if isinstance(value, bool)}
             progress = session.succeeded(action, truths, now_s=then_s)
-            self._post_after(DECIDING_S, events.ActionsAreReady(task=task, progress=progress, cause=action))
+            self._post_after(self._pace.deciding_s, events.ActionsAreReady(task=task, progress=progress, cause=action))
         else:
             retry = session.failed(action, now_s=then_s)
             abandoned = tuple(a.id for a in retry.abandoned)
             reported = events.FailureWasReported(task=task, excluded=retry.excluded, abandoned=abandoned)
-            self._post_after(DECIDING_S, reported)
+            self._post_after(self._pace.deciding_s, reported)
 
     def _report_change(self, task: str, change: events.FactWasTold) -> None:
         if task not in self._sessions:
             return  # its program will begin with what is so by then
-        session, then_s = self._sessions[task], self.clock.now_s + DECIDING_S
+        session, then_s = self._sessions[task], self.clock.now_s + self._pace.deciding_s
         progress = session.observed(change.prop, change.subject, change.value, now_s=then_s)
         what = f"{change.prop}({change.subject}) is {change.value} now"
-        self._post_after(DECIDING_S, events.ActionsAreReady(task=task, progress=progress, change=what))
+        self._post_after(self._pace.deciding_s, events.ActionsAreReady(task=task, progress=progress, change=what))
 
     def _tell(self, fact: events.Tell) -> None:
         t_s, by = self.clock.now_s, fact.source

@@ -21,7 +21,10 @@ from kb.vocabulary import Property
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FleetOpened:
-    """The executive is ready: which knowledge (hash of its files), scenario, chance, settings and faults (files)."""
+    """The executive is ready: which knowledge (hash of its files), scenario, chance, settings and faults (files).
+
+    With `connect`, its robots are not simulated here: there is no scenario then.
+    """
 
     kind: ClassVar[Literal["fleet_opened"]] = "fleet_opened"
     t_s: float
@@ -32,6 +35,7 @@ class FleetOpened:
     seed: int
     compute: str = ""
     faults: str = ""
+    connect: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

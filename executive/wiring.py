@@ -1,19 +1,20 @@
-"""Puts the parts together; the one place that names the simulator."""
+"""Puts the parts of a simulated fleet together; the one place that names the simulator."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, closing, contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from executive.errors import BadRequest
 from executive.live import LiveKnowledge
 from executive.recorder import Recorder
-from executive.shell import Shell
+from executive.shell import SIMULATED, Shell
 from executive.trace import FleetOpened
 from executive.travel import PLACES
 from grounding.compute.registry import is_compute_service, wrong_fields
@@ -23,13 +24,10 @@ from grounding.faults import FaultyTransport, read_faults
 from grounding.ground import pose_of
 from grounding.inprocess import Handler, InProcessTransport, Service
 from grounding.messages import OccupancyGrid, PoseStamped, is_type, xyyaw
-from grounding.rosbridge.client import service_types
-from grounding.rosbridge.hub import Hub
-from grounding.rosbridge.server import Server, serve
 from grounding.runner import compute as compute_here
 from grounding.runner import compute_services
 from grounding.workers import Placed
-from kb.clock import SimClock
+from kb.clock import Clock, SimClock
 from kb.files import SHIPPED
 from kb.history import Source, SourceKind
 from kb.store import KnowledgeBase, Snapshot
@@ -39,68 +37,92 @@ from sim.fleet import SimFleet
 from sim.scenario import Scenario, builtin_scenarios, load_scenario
 
 
+class Robots(Protocol):
+    """What has to be ended with a fleet."""
+
+    def close(self) -> None:
+        """End it."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parts:
-    """Everything that an open fleet consists of."""
+    """Everything that an open fleet consists of.
+
+    Attributes:
+        transport: What is served in this process.
+        robots: How they are reached: the simulator, or connections.
+    """
 
     knowledge: KnowledgeBase
     transport: InProcessTransport
     shell: Shell
-    clock: SimClock
-    simulation: SimFleet
+    clock: Clock
+    robots: Robots
     live: LiveKnowledge
     compute: Placed
 
+    @property
+    def simulation(self) -> SimFleet:
+        """The simulated fleet, where the robots are simulated here."""
+        assert isinstance(self.robots, SimFleet), "the robots are not simulated in this process"
+        return self.robots
 
-def open_simulated(
-    site: str,
-    *,
-    scenario: str | Path | None,
-    knowledge: str | Path | None,
-    seed: int | None,
-    trace: Path | None,
-    services: Mapping[str, Handler],
-    compute: Path | None,
-    faults: Path | None,
-) -> Parts:
-    """Load the knowledge of a site and start a simulated fleet there.
 
-    Args:
-        services: Compute services beside ours, by name; each takes as long as its process says.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Given:
+    """What a fleet is opened with, wherever its robots are.
+
+    Attributes:
+        knowledge: Folder of ontologies; the shipped ones if None.
+        seed: Of all chance; the scenario's if None.
+        services: Compute services beside ours, by name; in simulated time, each takes as long as its process says.
         compute: Settings: where compute services run.
         faults: What goes wrong with calls.
+    """
+
+    site: str
+    knowledge: str | Path | None
+    seed: int | None
+    trace: Path | None
+    services: Mapping[str, Handler]
+    compute: Path | None
+    faults: Path | None
+
+
+def open_simulated(given: Given, scenario: str | Path | None) -> Parts:
+    """Load the knowledge of a site and start a simulated fleet there.
 
     Raises:
         ConcertmasterError: The site, its ontology, the scenario or a file is not usable; nothing was started.
     """
-    settings = read_settings(compute, os.environ) if compute else ComputeSettings()
-    injected = read_faults(faults) if faults else ()
+    settings = read_settings(given.compute, os.environ) if given.compute else ComputeSettings()
+    injected = read_faults(given.faults) if given.faults else ()
     with ExitStack() as on_error:
-        base = KnowledgeBase(site, Path(knowledge or SHIPPED))
+        base = KnowledgeBase(given.site, Path(given.knowledge or SHIPPED))
         on_error.callback(base.close)
-        simulated = _simulated(base, scenario, seed)
-        on_error.callback(simulated.fleet.close)
-        snapshot, poses, clock, simulation = base.snapshot(), simulated.poses, simulated.clock, simulated.fleet
+        world = simulated(base, scenario, given.seed)
+        on_error.callback(world.fleet.close)
+        snapshot, poses, clock, simulation = base.snapshot(), world.poses, world.clock, world.fleet
         placed = Placed(settings)
-        transport = _transport(simulation, snapshot, clock, services, placed)
-        _check_groundings(snapshot, transport, list(poses))
+        transport = _transport(simulation, snapshot, clock, given.services, placed)
+        check_groundings(snapshot, transport.offers, list(poses))
         on_error.pop_all()
-    chosen_seed = simulated.world.seed if seed is None else seed
-    recorder = Recorder(trace)
-    chance = np.random.default_rng([chosen_seed, _OF_FAULTS])
-    shell = Shell(base, FaultyTransport(transport, clock, injected, chance), clock, recorder)
+    chosen_seed = world.scenario.seed if given.seed is None else given.seed
+    recorder = Recorder(given.trace)
+    chance = np.random.default_rng([chosen_seed, OF_FAULTS])
+    shell = Shell(base, FaultyTransport(transport, clock, injected, chance), clock, recorder, SIMULATED)
     for name, pose in poses.items():
         shell.remember(Fluent(Property.HAS_POSE_ESTIMATE, name), pose)
     recorder.record(
         FleetOpened(
             t_s=clock.now_s,
-            site=site,
+            site=given.site,
             robots=list(poses),
             knowledge=snapshot.ontology.files.digest,
-            scenario=str(simulated.scenario),
+            scenario=str(world.named),
             seed=chosen_seed,
-            compute=str(compute or ""),
-            faults=str(faults or ""),
+            compute=str(given.compute or ""),
+            faults=str(given.faults or ""),
         )
     )
     live = LiveKnowledge(base, shell, SimulatedWorld(transport, clock, frozenset(poses), placed))
@@ -109,72 +131,29 @@ def open_simulated(
         transport=transport,
         shell=shell,
         clock=clock,
-        simulation=simulation,
+        robots=simulation,
         live=live,
         compute=placed,
     )
 
 
-@contextmanager
-def serve_simulated(
-    site: str,
-    *,
-    scenario: str | Path | None,
-    knowledge: str | Path | None,
-    seed: int | None,
-    host: str,
-    port: int,
-) -> Iterator[tuple[Server, tuple[str, ...]]]:
-    """Serve the robots of a site over rosbridge, in real time, without an executive.
-
-    The types of a service are those of its grounding; what the simulated robots can do beyond what is grounded has
-    none, and is not offered.
-
-    Yields:
-        The server, and the names of the services.
-
-    Raises:
-        ConcertmasterError: The site, its ontology, the scenario or the address is not usable.
-    """
-    if not 0 <= port <= _LAST_PORT:
-        raise BadRequest("port", f"port {port} is none; give one from 1 to {_LAST_PORT}, or 0 for any that is free")
-    with ExitStack() as open_parts:
-        with closing(KnowledgeBase(site, Path(knowledge or SHIPPED))) as base:
-            simulated = _simulated(base, scenario, seed)
-            open_parts.callback(simulated.fleet.close)
-            groundings = [g for g in base.snapshot().groundings.values() if g.on_robot]
-        hub = Hub(simulated.clock)
-        services = simulated.fleet.services()
-        offered: list[str] = []
-        for name, service_type in service_types(groundings, simulated.poses, hub.types).items():
-            if name not in services:
-                raise BadRequest("scenario", f"no simulated robot offers service {name}, which is grounded")
-            hub.services.offer(name, service_type.name, services[name].handler, services[name].latency_s)
-            offered.append(name)
-        try:
-            server = open_parts.enter_context(serve(hub, simulated.clock, host=host, port=port))
-        except OSError as error:
-            told = error.strerror or str(error)
-            raise BadRequest("port", f"{host}:{port} cannot be listened at: {told}; give another --port") from error
-        yield server, tuple(sorted(offered))
-
-
-_LAST_PORT = 65535
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Simulated:
+class Simulated:
     """A fleet that stands where it is said to."""
 
-    scenario: str | Path
-    world: Scenario
+    named: str | Path
+    scenario: Scenario
     poses: Mapping[str, PoseStamped]
     clock: SimClock
     fleet: SimFleet
 
 
-def _simulated(base: KnowledgeBase, scenario: str | Path | None, seed: int | None) -> _Simulated:
-    """Start the simulated robots of a site; what the scenario says of where things are is told to the knowledge."""
+def simulated(base: KnowledgeBase, scenario: str | Path | None, seed: int | None) -> Simulated:
+    """Start the simulated robots of a site; what the scenario says of where things are is told to the knowledge.
+
+    Raises:
+        ConcertmasterError: The scenario or seed is not usable, or the knowledge is of other robots.
+    """
     if seed is not None and seed < 0:
         raise BadRequest("seed", f"seed={seed} is no seed; give a whole number from 0")
     named = _scenario_for(base.snapshot().site) if scenario is None else scenario
@@ -183,14 +162,14 @@ def _simulated(base: KnowledgeBase, scenario: str | Path | None, seed: int | Non
     for name, place in _told(world):
         base.tell(Property.LOCATED_AT, name, place, source=Source(kind=SourceKind.SCENARIO))
     snapshot = base.snapshot()
-    poses = {robot.name: _start_of(robot.name, snapshot) for robot in world.robots}
+    poses = {robot.name: start_of(robot.name, snapshot) for robot in world.robots}
     clock = SimClock()
     starts = {name: xyyaw(pose.pose) for name, pose in poses.items()}
     fleet = SimFleet(world, starts=starts, clock=clock, seed=seed)
-    return _Simulated(scenario=named, world=world, poses=poses, clock=clock, fleet=fleet)
+    return Simulated(named=named, scenario=world, poses=poses, clock=clock, fleet=fleet)
 
 
-_OF_FAULTS = 1
+OF_FAULTS = 1
 """Keeps the chance of faults apart from that of the simulator, which has the same seed."""
 
 
@@ -209,12 +188,17 @@ def _transport(
 
 
 def _offer_compute(transport: InProcessTransport, snapshot: Snapshot, clock: SimClock, placed: Placed) -> None:
+    allow_files(snapshot, placed)
     groundings = snapshot.groundings.values()
-    for file in {field.file for g in groundings for field in g.request if field.file is not None}:
-        placed.allow(file.parent)
     durations = {g.service: g.duration_s for g in groundings if not g.on_robot}
     for name, offered in compute_services(clock, durations, placed).items():
         transport.offer(name, offered)
+
+
+def allow_files(snapshot: Snapshot, placed: Placed) -> None:
+    """Let compute services read what is beside the files that knowledge names."""
+    for file in {field.file for g in snapshot.groundings.values() for field in g.request if field.file is not None}:
+        placed.allow(file.parent)
 
 
 class SimulatedWorld:
@@ -230,7 +214,7 @@ class SimulatedWorld:
                 told = f"{robot} is in the files but not in this fleet, whose simulated robots are those that it was "
                 told += f"opened with: {', '.join(sorted(self._robots))}"
                 raise BadRequest(robot, f"{told}; open a fleet with a scenario that has {robot}, or leave it out")
-        _check_groundings(snapshot, self._transport, robots)
+        check_groundings(snapshot, self._transport.offers, robots)
 
     def adapt(self, snapshot: Snapshot) -> None:
         _offer_compute(self._transport, snapshot, self._clock, self._placed)
@@ -262,17 +246,24 @@ def _scenario_for(site: str) -> str:
     return site if site in names else names[0]
 
 
-def _check_groundings(snapshot: Snapshot, transport: InProcessTransport, robots: list[str]) -> None:
-    """What can be found out before anything moves: services that are not there, fields and types they don't have."""
+def check_groundings(snapshot: Snapshot, offers: Callable[[str], bool], robots: list[str]) -> None:
+    """What can be found out before anything moves: services that are not there, fields and types they don't have.
+
+    Args:
+        offers: Whether there is a service of this full name.
+
+    Raises:
+        GroundingError: Something is not there.
+    """
     for grounding in snapshot.groundings.values():
         for field in (*grounding.request, *grounding.reply):
             if not is_type(field.message_type):
                 raise GroundingError(grounding.process, field.name, f"there is no ROS type {field.message_type}")
         if grounding.on_robot:
             for robot in robots:
-                if not transport.offers(name := grounding.service.replace("{robot}", robot)):
+                if not offers(name := grounding.service.replace("{robot}", robot)):
                     raise GroundingError(grounding.process, grounding.name, f"{robot} offers no service {name}")
-        elif transport.offers(grounding.service) and not is_compute_service(grounding.service):
+        elif offers(grounding.service) and not is_compute_service(grounding.service):
             continue  # what fields it takes, only whoever offers it knows
         elif wrong := wrong_fields(grounding.service, {field.name for field in grounding.request}):
             raise GroundingError(grounding.process, grounding.name, wrong)
@@ -288,7 +279,12 @@ def _told(scenario: Scenario) -> list[tuple[str, str]]:
     return [(name, place) for name, place in told if place is not None]
 
 
-def _start_of(robot: str, snapshot: Snapshot) -> PoseStamped:
+def start_of(robot: str, snapshot: Snapshot) -> PoseStamped:
+    """Where a robot stands at first.
+
+    Raises:
+        BadRequest: It is not known.
+    """
     place = snapshot.value(Property.LOCATED_AT, robot)
     if place is None:
         told = f"it is not known where {robot} stands; give it locatedAt in the ontology, or start in the scenario"

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, Literal, Protocol, TypeAlias
 
 from grounding.compute.registry import function_of, is_compute_service, wrong_fields
 from grounding.inprocess import Service
-from kb.clock import Clock
+from grounding.transport import ServiceCall, ServiceReply
+from kb.clock import Clock, WallClock
 from kb.errors import ServiceFailed
 
 Fields: TypeAlias = Mapping[str, object]
@@ -103,3 +104,29 @@ def compute_services(clock: Clock, duration_s: Mapping[str, float], runner: Runn
 
 _PATIENCE_S = 600.0
 """Real time says nothing about simulated time; only a service that hangs for good is to be stopped."""
+
+
+class ComputeTransport:
+    """Calls to compute services in real time: a reply comes when the service has ended, wherever it runs."""
+
+    def __init__(self, clock: WallClock, runner: Runner) -> None:
+        self._clock, self._runner = clock, runner
+
+    def call(self, call: ServiceCall, deliver: Callable[[ServiceReply], None]) -> None:
+        if not is_compute_service(call.service):
+            told = f"there is no service {call.service}"
+            reply = ServiceReply(call_id=call.id, fields={}, failure="NoSuchService", reason=told)
+            self._clock.post(lambda: deliver(reply))
+            return
+        stop_listening = self._clock.listen()
+
+        def end(ended: Future[Fields]) -> None:
+            stop_listening()
+            error = ended.exception()
+            if isinstance(error, ServiceFailed):
+                deliver(ServiceReply(call_id=call.id, fields={}, failure=error.code, reason=error.message))
+            else:
+                deliver(ServiceReply(call_id=call.id, fields=ended.result(), failure="", reason=""))
+
+        submitted = self._runner.submit(call.service, call.fields, t_s=self._clock.now_s, timeout_s=call.timeout_s)
+        submitted.add_done_callback(lambda ended: self._clock.post(lambda: end(ended)))

@@ -15,6 +15,7 @@ from executive.kb_commands.imports import add_import
 from executive.kb_commands.learn import add_learn
 from executive.kb_commands.recipes import add_recipes
 from executive.kb_commands.repository import add_repository
+from executive.kb_commands.services import add_services
 from executive.kb_commands.show import add_show
 
 
@@ -25,6 +26,7 @@ def add_kb(commands: argparse._SubParsersAction[Any]) -> None:
     add_ask(kb)
     add_explain(kb)
     add_show(kb)
+    add_services(kb)
     add_doc(kb)
     add_learn(kb)
     add_recipes(kb)

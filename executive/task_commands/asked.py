@@ -18,6 +18,7 @@ def open_fleet(
     *,
     compute: Path | None = None,
     faults: Path | None = None,
+    connect: str | None = None,
 ) -> Fleet:
     """Open the fleet that the options say, with the files that only some commands have options for."""
     return Fleet.open(
@@ -28,6 +29,7 @@ def open_fleet(
         trace=trace,
         compute=compute,
         faults=faults,
+        connect=connect,
     )
 
 

@@ -26,7 +26,8 @@ def run(options: argparse.Namespace) -> int:
     out = options.out or _next_free(Path("runs"), options.task or "Goal")
     if out.exists() and not out.is_dir():
         raise BadRequest("out", f"--out {out} is a file; give a folder")
-    with open_fleet(options, out / "trace.jsonl", compute=options.compute, faults=options.faults) as fleet:
+    files = {"compute": options.compute, "faults": options.faults, "connect": options.connect}
+    with open_fleet(options, out / "trace.jsonl", **files) as fleet:
         check_store(options, fleet)
         if options.goal is None:
             task = fleet.request(options.task, robots=options.robots, **arguments)

@@ -6,7 +6,7 @@ import argparse
 
 from executive.exit_codes import OK
 from executive.replay import scenario_of
-from executive.wiring import serve_simulated
+from executive.serving import serve_simulated
 
 
 def simulate(options: argparse.Namespace) -> int:

@@ -14,7 +14,7 @@ was under way when it broke is answered `Lost`, subscriptions and advertised top
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import TracebackType
 
 import numpy as np
@@ -31,7 +31,7 @@ from grounding.rosbridge.offers import Offers
 from grounding.rosbridge.topics import Subscription, Take, Topics
 from grounding.rosbridge.types import ActionType, ServiceType, Types
 from grounding.rosbridge.values import Numbers
-from grounding.transport import ServiceCall, ServiceReply
+from grounding.transport import ServiceCall
 from kb.clock import WallClock
 from kb.groundings import Grounding
 
@@ -112,13 +112,17 @@ class RosbridgeTransport:
         self.last_status: op.Status | None = None
 
     def __enter__(self) -> RosbridgeTransport:
-        self._link.open()
+        self.open()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def open(self) -> None:
+        """Begin to connect."""
+        self._link.open()
 
     def close(self) -> None:
         """End the connection for good; what is under way is answered as lost."""
@@ -229,12 +233,30 @@ class RosbridgeTransport:
         """
         asked = tuple(calls)
 
-        def answered(reply: ServiceReply) -> None:
-            offered = reply.fields.get("services")
-            told({call.id: call.service in offered if isinstance(offered, list) else None for call in asked})
+        def answered(offered: Sequence[str] | None) -> None:
+            told({call.id: None if offered is None else call.service in offered for call in asked})
 
+        self.services(answered)
+
+    def services(self, told: Callable[[Sequence[str] | None], None]) -> None:
+        """Ask what services there are at the far end.
+
+        Args:
+            told: Their full names; None where that could not be learned in some seconds.
+        """
+        over = False
+
+        def answered(offered: object) -> None:
+            nonlocal over
+            if not over:
+                over = True
+                withdraw()
+                told(offered if isinstance(offered, list) else None)
+
+        withdraw = self._clock.call_at(self._clock.now_s + _ASKING_S, lambda: answered(None))
         self._asked += 1
-        self.call(ServiceCall(id=-self._asked, service=_SERVICES, fields={}, timeout_s=_ASKING_S), answered)
+        call = ServiceCall(id=-self._asked, service=_SERVICES, fields={}, timeout_s=_ASKING_S)
+        self.call(call, lambda reply: answered(reply.fields.get("services")))
 
     def _began(self) -> None:
         self._topics.resume()

@@ -19,7 +19,7 @@ from statistics import median
 from typing import Any
 
 from executive import Fleet
-from executive.shell import DECIDING_S
+from executive.shell import SIMULATED
 from executive.trace import ActionFinished, ProcessBegun, ProcessEnded
 from grounding.inprocess import Service
 from grounding.runner import compute
@@ -96,7 +96,9 @@ def _timed(fleet: Fleet) -> dict[str, list[float]]:
 
 def _of_declared(fleet: Fleet, spent_s: Mapping[str, list[float]]) -> dict[str, float]:
     groundings = fleet.parts.knowledge.snapshot().groundings
-    declared_s = {name: groundings[name].duration_s for name in spent_s if name in groundings} | {DECISION: DECIDING_S}
+    declared_s = {name: groundings[name].duration_s for name in spent_s if name in groundings} | {
+        DECISION: SIMULATED.deciding_s
+    }
     figures = {}
     for name, times_s in spent_s.items():
         usual_s = sorted(times_s)[int(0.95 * (len(times_s) - 1))]

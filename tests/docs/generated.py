@@ -25,6 +25,7 @@ FIELDS = {
     "engine": "the planner of unified-planning that found it",
     "facts_told": "how many facts had been told to the knowledge base since it was loaded",
     "failure": "class of failure, such as `NoPath`; empty if it succeeded",
+    "connect": "where the robots are, if they are not simulated here: an address, or a file",
     "faults": "file of faults that were injected; empty if none were",
     "folder": "where the files are; empty where an earlier revision is meant",
     "goal": "what shall be true, where no task type was asked for",

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -149,7 +150,7 @@ def test_an_interrupt_within_a_call_cancels_the_task(
     def interrupt(fields: Mapping[str, object]) -> Mapping[str, object]:
         raise KeyboardInterrupt
 
-    def open_with_interrupt(options: argparse.Namespace, trace: Path, **files: Path | None) -> Fleet:
+    def open_with_interrupt(options: argparse.Namespace, trace: Path, **files: Any) -> Fleet:
         fleet = open_fleet(options, trace, **files)
         fleet.parts.transport.offer("/amigo_1/laser", Service(handler=interrupt, latency_s=0.0))
         return fleet

@@ -182,3 +182,14 @@ def test_doc_writes_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str])
 def test_tables_are_safe_for_terminals() -> None:
     """No line ends and no control characters in cells."""
     assert table(["a"], [["x\n\x1b[31my"]]).splitlines()[-1] == "x  [31my"
+
+
+def test_services_tells_what_a_robot_must_offer(capsys: pytest.CaptureFixture[str]) -> None:
+    """As ROS service definitions, under its name; of one that is none, which there are."""
+    assert main(["kb", "services", "pico_1"]) == 0
+    told = capsys.readouterr().out
+    assert "# /pico_1/base: Base\ngeometry_msgs/Twist velocity\n---\nnav_msgs/Odometry odometry\n\n# /pico_1/" in told
+    assert main(["kb", "services"]) == 0
+    assert capsys.readouterr().out == told.replace("pico_1", "{robot}")
+    assert main(["kb", "services", "drink_1"]) == 2
+    assert "drink_1 is no robot of tue_lab; its robots are amigo_1, pico_1" in capsys.readouterr().err

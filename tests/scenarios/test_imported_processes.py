@@ -15,7 +15,7 @@ from executive.errors import BadRequest
 from executive.events import Requested, TaskStatus
 from executive.recorder import Recorder
 from executive.request import check_request
-from executive.shell import Shell, TaskResult
+from executive.shell import SIMULATED, Shell, TaskResult
 from grounding.errors import GroundingError
 from grounding.inprocess import InProcessTransport, Service
 from grounding.runner import compute_services
@@ -44,7 +44,7 @@ class Office:
             transport.offer(name, offered)
         for name, handler in services.items():
             transport.offer(name, Service(handler=handler, latency_s=durations[name]))
-        self._shell = Shell(knowledge, transport, self.clock, self.recorder)
+        self._shell = Shell(knowledge, transport, self.clock, self.recorder, SIMULATED)
 
     @property
     def snapshot(self) -> Snapshot:

@@ -1,0 +1,234 @@
+"""Puts the parts together of a fleet that is elsewhere: robots behind rosbridge servers, in real time.
+
+What a robot does is called over its connection; what is computed runs here. Planning and deciding take the time that
+they take.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+
+from executive.errors import BadRequest
+from executive.live import LiveKnowledge
+from executive.recorder import Recorder
+from executive.shell import REAL, Shell
+from executive.trace import FleetOpened
+from executive.wiring import OF_FAULTS, Given, Parts, allow_files, check_groundings, start_of
+from grounding.compute.settings import ComputeSettings, read_settings
+from grounding.faults import FaultyTransport, read_faults
+from grounding.inprocess import InProcessTransport, Service
+from grounding.rosbridge.client import RosbridgeTransport, service_types
+from grounding.rosbridge.endpoints import Reached, reached
+from grounding.rosbridge.types import Types
+from grounding.runner import ComputeTransport
+from grounding.transport import ServiceCall, ServiceReply, Transport
+from grounding.workers import Placed
+from kb.clock import WallClock
+from kb.errors import ConcertmasterError
+from kb.files import SHIPPED
+from kb.store import KnowledgeBase, Snapshot
+from kb.terms import Fluent
+from kb.vocabulary import Kind, Property
+
+_PATIENCE_S = 10.0
+"""For a robot to answer when the fleet is opened."""
+
+
+class NotConnected(ConcertmasterError):
+    """A robot cannot be reached."""
+
+    fault = "world"
+
+
+def open_connected(given: Given, connect: str | Path) -> Parts:
+    """Load the knowledge of a site and connect to its robots.
+
+    Args:
+        connect: Where they are: the address of a rosbridge server that has them all, or a file (see
+            grounding/rosbridge/endpoints.py).
+
+    Raises:
+        NotConnected: A robot does not answer.
+        ConcertmasterError: The site, its ontology or a file is not usable, or a robot does not offer what is
+            grounded. No robot has moved, and no connection is left.
+    """
+    settings = read_settings(given.compute, os.environ) if given.compute else ComputeSettings()
+    injected = read_faults(given.faults) if given.faults else ()
+    seed = given.seed or 0
+    clock = WallClock()
+    with ExitStack() as on_error:
+        base = KnowledgeBase(given.site, Path(given.knowledge or SHIPPED))
+        on_error.callback(base.close)
+        snapshot = base.snapshot()
+        names = snapshot.ontology.individuals(Kind.ROBOT)
+        poses = {robot: start_of(robot, snapshot) for robot in names}
+        robots = ConnectedRobots(snapshot, reached(connect, names, os.environ), clock, seed)
+        on_error.callback(robots.close)
+        placed = Placed(settings)
+        own = InProcessTransport(clock)
+        for name, handler in given.services.items():
+            own.offer(name, Service(handler=handler, latency_s=0.0))
+        robots.connect()
+        world = _ConnectedWorld(robots, own, placed)
+        world.check(snapshot)
+        world.adapt(snapshot)
+        on_error.pop_all()
+    recorder = Recorder(given.trace)
+    routed = _Routed(robots, own, ComputeTransport(clock, placed))
+    chance = np.random.default_rng([seed, OF_FAULTS])
+    shell = Shell(base, FaultyTransport(routed, clock, injected, chance), clock, recorder, REAL)
+    for name, pose in poses.items():
+        shell.remember(Fluent(Property.HAS_POSE_ESTIMATE, name), pose)
+    recorder.record(
+        FleetOpened(
+            t_s=clock.now_s,
+            site=given.site,
+            robots=names,
+            knowledge=snapshot.ontology.files.digest,
+            scenario="",
+            seed=seed,
+            compute=str(given.compute or ""),
+            faults=str(given.faults or ""),
+            connect=str(connect),
+        )
+    )
+    live = LiveKnowledge(base, shell, world)
+    return Parts(knowledge=base, transport=own, shell=shell, clock=clock, robots=robots, live=live, compute=placed)
+
+
+_Fields = tuple[tuple[str, str], ...]
+
+
+class ConnectedRobots:
+    """The connections to all robots; those at one address share one."""
+
+    def __init__(self, snapshot: Snapshot, where: Mapping[str, Reached], clock: WallClock, seed: int) -> None:
+        self._clock = clock
+        self._where = dict(where)
+        self._fields = _fields_of_services(snapshot, self.names)
+        self._by_service: dict[str, RosbridgeTransport] = {}
+        self._connections: dict[Reached, RosbridgeTransport] = {}
+        self._offered: dict[RosbridgeTransport, frozenset[str] | None] = {}
+        types, groundings = Types(), [g for g in snapshot.groundings.values() if g.on_robot]
+        for number, one in enumerate(dict.fromkeys(self._where.values())):
+            services = service_types(groundings, self._at(one), types)
+            self._connections[one] = RosbridgeTransport(
+                one.endpoint,
+                clock,
+                services=services,
+                types=types,
+                binary=one.binary,
+                rng=np.random.default_rng([seed, _OF_DELAYS, number]),
+            )
+            self._by_service |= dict.fromkeys(services, self._connections[one])
+
+    @property
+    def names(self) -> list[str]:
+        """The robots, by name."""
+        return sorted(self._where)
+
+    def connect(self) -> None:
+        """Connect to all, and ask what they offer.
+
+        Raises:
+            NotConnected: One does not answer.
+        """
+        for transport in self._connections.values():
+            transport.open()
+        for one, transport in self._connections.items():
+            if not transport.wait_connected(_PATIENCE_S):
+                told = f"{' and '.join(self._at(one))} cannot be reached at {one.endpoint.uri}: {transport.problem}"
+                raise NotConnected(f"{told}; is a rosbridge server running there?")
+            self._offered[transport] = self._ask(transport)
+
+    def of(self, service: str) -> Transport | None:
+        """What carries the calls to a service of a robot."""
+        return self._by_service.get(service)
+
+    def offers(self, service: str) -> bool:
+        """Whether a robot offered a service when it was connected; true if its server could not tell."""
+        transport = self._by_service.get(service)
+        if transport is None:
+            return False
+        offered = self._offered[transport]
+        return offered is None or service in offered
+
+    def check(self, snapshot: Snapshot) -> None:
+        """Whether knowledge is of these robots, and of services with the fields that they have had.
+
+        Raises:
+            BadRequest: It is of others.
+        """
+        for robot in snapshot.ontology.individuals(Kind.ROBOT):
+            if robot not in self._where:
+                told = f"{robot} is in the files but not in this fleet, whose robots are {', '.join(self.names)}"
+                raise BadRequest(robot, f"{told}; connect a fleet to {robot} too, or leave it out")
+        for service, fields in _fields_of_services(snapshot, self.names).items():
+            if self._fields.get(service) != fields:
+                told = f"{service} had other fields, or was not there, when this fleet was connected"
+                raise BadRequest(service, f"{told}; open the fleet again")
+
+    def close(self) -> None:
+        """End all connections."""
+        for transport in self._connections.values():
+            transport.close()
+
+    def _at(self, one: Reached) -> list[str]:
+        return [robot for robot in self.names if self._where[robot] == one]
+
+    def _ask(self, transport: RosbridgeTransport) -> frozenset[str] | None:
+        """The names of all services at the far end; None if it does not tell, as it runs no rosapi."""
+        found: list[frozenset[str] | None] = []
+        transport.services(lambda names: found.append(None if names is None else frozenset(names)))
+        self._clock.run_until(lambda: bool(found))
+        return found[0]
+
+
+_OF_DELAYS = 2
+"""Keeps the chance of delays apart from that of faults."""
+
+
+def _fields_of_services(snapshot: Snapshot, robots: list[str]) -> dict[str, tuple[_Fields, _Fields]]:
+    """The fields of request and reply of each service of the robots, by full name."""
+    return {
+        grounding.service.replace("{robot}", robot): (
+            tuple((field.name, field.message_type) for field in grounding.request),
+            tuple((field.name, field.message_type) for field in grounding.reply),
+        )
+        for grounding in snapshot.groundings.values()
+        if grounding.on_robot
+        for robot in robots
+    }
+
+
+class _Routed:
+    """Each call to where its service is: a robot, whoever opened the fleet, or our own computations."""
+
+    def __init__(self, robots: ConnectedRobots, own: InProcessTransport, computed: Transport) -> None:
+        self._robots, self._own, self._computed = robots, own, computed
+
+    def call(self, call: ServiceCall, deliver: Callable[[ServiceReply], None]) -> None:
+        own = self._own if self._own.offers(call.service) else self._computed
+        (self._robots.of(call.service) or own).call(call, deliver)
+
+
+class _ConnectedWorld:
+    """Whether the robots and services are as knowledge says."""
+
+    def __init__(self, robots: ConnectedRobots, own: InProcessTransport, placed: Placed) -> None:
+        self._robots, self._own, self._placed = robots, own, placed
+
+    def check(self, snapshot: Snapshot) -> None:
+        self._robots.check(snapshot)
+        check_groundings(snapshot, self._offers, self._robots.names)
+
+    def adapt(self, snapshot: Snapshot) -> None:
+        allow_files(snapshot, self._placed)
+
+    def _offers(self, service: str) -> bool:
+        return self._robots.offers(service) or self._own.offers(service)
