@@ -115,6 +115,26 @@ class OutcomeArrived:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RecoveryWasChosen:
+    """It is decided what to do about an action that has failed.
+
+    Attributes:
+        number: Under which it is held: the number of the next try.
+        retry: Name of the way to try it again; empty to plan without what has failed.
+        failure: The class of its failure.
+        reason: What was compared.
+        pause_s: How long to wait before.
+    """
+
+    number: int
+    outcome: Outcome
+    retry: str
+    failure: str
+    reason: str
+    pause_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class FailureWasReported:
     """The planner has taken a failure in.
 
@@ -201,6 +221,7 @@ Event: TypeAlias = (
     | PlanWasMade
     | ActionsAreReady
     | OutcomeArrived
+    | RecoveryWasChosen
     | FailureWasReported
     | FactWasTold
     | KnowledgeWasProposed
@@ -251,11 +272,27 @@ class AskActions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartAction:
-    """Ground an action and call its service: OutcomeArrived follows, whatever happens."""
+    """Ground an action and call its service, after a pause: OutcomeArrived follows, whatever happens."""
 
     number: int
     task: str
     action: Action
+    pause_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChooseRecovery:
+    """Find out what to do about an action that has failed: RecoveryWasChosen follows.
+
+    Attributes:
+        tried: How often each way to try it again has been tried, by name.
+    """
+
+    number: int
+    task: str
+    action: Action
+    outcome: Outcome
+    tried: Mapping[str, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -329,6 +366,7 @@ Command: TypeAlias = (
     | MakePlan
     | AskActions
     | StartAction
+    | ChooseRecovery
     | ReportOutcome
     | ReportChange
     | Tell

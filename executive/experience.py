@@ -15,6 +15,7 @@ from executive.trace import (
     PlanMade,
     ProcessBegun,
     ProcessEnded,
+    RecoveryChosen,
     TaskFinished,
     TraceEvent,
 )
@@ -41,8 +42,8 @@ class Gathered:
 def gather(events: Iterable[TraceEvent], ontology: Ontology, *, same_knowledge: bool) -> Gathered:
     """Read the tries and trips of a trace.
 
-    A composite process is a try if it has a duration model: it succeeded if it ended, and failed with the first
-    action of its robot that failed meanwhile.
+    A composite process is a try if it has a duration model: it succeeded if it ended, and failed when an action of its
+    robot had failed meanwhile and was not tried again. A recovery is a try: whether the action was done then.
 
     Args:
         ontology: Of the site.
@@ -62,6 +63,7 @@ class _Reading:
         self._planned: dict[str, list[tuple[str, float, float]]] = {}
         self._begun: dict[tuple[str, str], tuple[float, str, int | None]] = {}
         self._at: dict[str, str] = {}
+        self._recovering: dict[int, str] = {}
         self._learned = learned_values(ontology)
 
     def grouped(self) -> tuple[Tries, ...]:
@@ -85,6 +87,8 @@ class _Reading:
                 self._end(event)
             case ActionFinished():
                 self._finish(event)
+            case RecoveryChosen():
+                self._recover(event)
             case FactsTold(prop=Property.LOCATED_AT, value=value):
                 self._at[event.subject] = str(value)
             case TaskFinished():
@@ -94,9 +98,15 @@ class _Reading:
 
     def _finish(self, event: ActionFinished) -> None:
         succeeded = event.outcome == OutcomeStatus.SUCCEEDED
+        recovery = self._recovering.pop(event.number, None)
+        if recovery is not None:
+            self._count(recovery, event.robot, event.elapsed_s, succeeded=succeeded)
         if event.outcome not in _NO_TRY and event.planned_s > 0:  # what was given up before it began has no plan
             self._count(event.action, event.robot, event.elapsed_s, succeeded=succeeded)
-        if succeeded:
+
+    def _recover(self, event: RecoveryChosen) -> None:
+        if event.recovery:
+            self._recovering[event.number] = event.recovery
             return
         for (task, process), (begun_s, robot, _) in list(self._begun.items()):
             if task == event.task and robot == event.robot:

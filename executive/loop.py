@@ -8,7 +8,10 @@
     6 ground     StartAction        grounding/ground.py
     7 call       StartAction        grounding/transport.py
     8 outcome    OutcomeArrived     grounding/outcome.py
-    9 report     ReportOutcome      planner/golog/steps.pl, kb/store.py: back to 5, or to 4 after a failure
+    9 report     ReportOutcome      planner/golog/steps.pl, kb/store.py: back to 5
+
+After a failure ChooseRecovery (executive/recovering.py) comes between 8 and 9: back to 6, where the action is tried
+again, or by 9 to 4.
 
 `step` is the whole of it: a pure function from a state and an event to the next state and the commands
 to carry out. It reads no clock and does no I/O; executive/shell.py carries the commands out and feeds
@@ -17,10 +20,8 @@ what comes of them back as events, one at a time.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from types import MappingProxyType
-from typing import TypeAlias, assert_never
+from dataclasses import replace
+from typing import assert_never
 
 from executive import trace
 from executive.events import (
@@ -28,6 +29,7 @@ from executive.events import (
     AdoptKnowledge,
     AskActions,
     CancelRequested,
+    ChooseRecovery,
     Command,
     CompileProgram,
     Event,
@@ -47,6 +49,7 @@ from executive.events import (
     ReadKnowledge,
     RebaseTask,
     Record,
+    RecoveryWasChosen,
     ReportChange,
     ReportOutcome,
     Requested,
@@ -55,64 +58,11 @@ from executive.events import (
     TaskStatus,
     Tell,
 )
-from executive.request import TaskRequest
+from executive.state import Running, State, Step, Task, let_go, with_task
 from grounding.outcome import Outcome, OutcomeStatus
 from kb.errors import InternalError
 from kb.terms import Action
 from planner.planner import Abandoned, Begun, Ended, Started, StepEvent, Told
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Task:
-    """A task that has not ended.
-
-    Attributes:
-        trouble: What has failed so far; empty as long as nothing has.
-        awaited_plans: How many plans are still to come: the first, and one for each failure.
-        revision: Number of the revision of the knowledge that it is done under; 0 before it is underway.
-        robots: Who takes part in the plan that was made last.
-        limits_s: How long composite steps of the plan may take, by id.
-        deadlines: Those that have begun: what they are, and when they have failed, by id.
-    """
-
-    name: str
-    request: TaskRequest
-    status: TaskStatus
-    accepted_s: float
-    trouble: str = ""
-    awaited_plans: int = 1
-    revision: int = 0
-    robots: frozenset[str] = frozenset()
-    limits_s: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
-    deadlines: Mapping[str, tuple[Action, float]] = field(default_factory=lambda: MappingProxyType({}))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Running:
-    """An action whose service has been called."""
-
-    task: str
-    action: Action
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class State:
-    """All that the executive has to know to go on.
-
-    Attributes:
-        tasks: By name, in order of arrival: the first is underway, the others are queued.
-        running: By number of the action.
-        leases: Number of the action that each busy robot is doing.
-        next_number: Of the next action; never used twice.
-    """
-
-    tasks: Mapping[str, Task] = field(default_factory=lambda: MappingProxyType({}))
-    running: Mapping[int, Running] = field(default_factory=lambda: MappingProxyType({}))
-    leases: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
-    next_number: int = 1
-
-
-Step: TypeAlias = tuple[State, list[Command]]
 
 
 def step(state: State, event: Event, now_s: float) -> Step:
@@ -123,7 +73,7 @@ def step(state: State, event: Event, now_s: float) -> Step:
         case KnowledgeWasRead(task=task):
             read = trace.KnowledgeRead(t_s=now_s, task=task, facts_told=event.facts_told, revision=event.revision)
             if task in state.tasks:
-                state = _with_task(state, replace(state.tasks[task], revision=event.revision))
+                state = with_task(state, replace(state.tasks[task], revision=event.revision))
             has_goal = task in state.tasks and state.tasks[task].request.goal is not None
             following = SolveGoal(task=task) if has_goal else CompileProgram(task=task)
             return _if_alive(state, task, [Record(event=read), following])
@@ -138,8 +88,10 @@ def step(state: State, event: Event, now_s: float) -> Step:
             return _start_actions(state, event, now_s)
         case OutcomeArrived():
             return _take_outcome(state, event, now_s)
-        case FailureWasReported():
+        case RecoveryWasChosen():
             return _recover(state, event, now_s)
+        case FailureWasReported():
+            return _plan_without(state, event, now_s)
         case FactWasTold():
             told = Tell(task="", prop=event.prop, subject=event.subject, value=event.value)
             underway = [t.name for t in state.tasks.values() if t.status is TaskStatus.UNDERWAY]
@@ -241,9 +193,9 @@ def _take_plan(state: State, event: PlanWasMade, now_s: float) -> Step:
         )
         robots = frozenset(robot for s in plan.steps for robot in s.action.robots)
         planned = replace(task, limits_s=event.limits_s, robots=robots)
-        return _with_task(state, planned), [Record(event=made), AskActions(task=task.name)]
+        return with_task(state, planned), [Record(event=made), AskActions(task=task.name)]
     if task.awaited_plans > 0:  # something has happened since: the plan for that is still to come
-        return _with_task(state, task), []
+        return with_task(state, task), []
     reason = "; ".join([*([task.trouble] if task.trouble else []), plan.reason, *event.lacking])
     failed = trace.PlanFailed(t_s=now_s, task=task.name, status=plan.status, reason=reason)
     begun = bool(task.trouble or task.robots)
@@ -271,7 +223,7 @@ def _start_actions(state: State, event: ActionsAreReady, now_s: float) -> Step:
         elif event.change:
             reason = f"{event.change}, for which the plan was not made"
         anew = trace.Replanned(t_s=now_s, task=task.name, reason=reason)
-        state = _with_task(state, replace(task, awaited_plans=task.awaited_plans + 1))
+        state = with_task(state, replace(task, awaited_plans=task.awaited_plans + 1))
         return state, [*commands, Record(event=anew), MakePlan(task=task.name)]
     if event.progress.running == 0 and task.awaited_plans == 0:
         dead_end = "the program can neither go on nor end"
@@ -300,13 +252,13 @@ def _take_progress(state: State, name: str, happened: StepEvent, source: Action 
             begun = trace.ProcessBegun(t_s=now_s, task=name, process=str(action), robot=action.robot or "")
             if action.id in task.limits_s:
                 deadline = (action, now_s + task.limits_s[action.id])
-                state = _with_task(state, replace(task, deadlines={**task.deadlines, action.id: deadline}))
+                state = with_task(state, replace(task, deadlines={**task.deadlines, action.id: deadline}))
             return state, [Record(event=begun)]
         case Ended(action=action):
             ended = trace.ProcessEnded(t_s=now_s, task=name, process=str(action), robot=action.robot or "")
             if action.id in task.deadlines:
                 deadlines = {i: d for i, d in task.deadlines.items() if i != action.id}
-                state = _with_task(state, replace(task, deadlines=deadlines))
+                state = with_task(state, replace(task, deadlines=deadlines))
             return state, [Record(event=ended)]
         case Told():
             told = Tell(task=name, prop=happened.prop, subject=happened.subject, value=happened.value, source=source)
@@ -315,24 +267,28 @@ def _take_progress(state: State, name: str, happened: StepEvent, source: Action 
             return _start_action(state, task, action, now_s)
         case Abandoned(action=action):
             given_up = [n for n, r in state.running.items() if r.task == name and r.action.id == action.id]
-            return _let_go(state, lambda number, _: number in given_up), []
+            return let_go(state, lambda number, _: number in given_up), []
         case _:
             assert_never(happened)
 
 
 def _start_action(state: State, task: Task, action: Action, now_s: float) -> Step:
-    number = state.next_number
-    leases = dict(state.leases)
+    state, number = _leased(state, task, action)
+    return _begin(state, task, number, action, now_s)
+
+
+def _leased(state: State, task: Task, action: Action) -> tuple[State, int]:
+    """An action has a number and its robots, which are free."""
+    number, leases = state.next_number, dict(state.leases)
     for robot in action.robots:
         if robot in leases:
             raise InternalError(f"{action} is to start, but {robot} is still busy")
         leases[robot] = number
-    state = replace(
-        state,
-        running={**state.running, number: Running(task=task.name, action=action)},
-        leases=leases,
-        next_number=number + 1,
-    )
+    running = {**state.running, number: Running(task=task.name, action=action)}
+    return replace(state, running=running, leases=leases, next_number=number + 1), number
+
+
+def _begin(state: State, task: Task, number: int, action: Action, now_s: float, pause_s: float = 0.0) -> Step:
     ready = Record(
         event=trace.ActionReady(t_s=now_s, task=task.name, action=str(action), robot=action.robot or "", number=number)
     )
@@ -340,7 +296,7 @@ def _start_action(state: State, task: Task, action: Action, now_s: float) -> Ste
         if now_s > deadline_s and action.id.startswith(f"{overdue.id}/"):
             state, commands = _take_outcome(state, _given_up(number, task, overdue), now_s)
             return state, [ready, *commands]
-    return state, [ready, StartAction(number=number, task=task.name, action=action)]
+    return state, [ready, StartAction(number=number, task=task.name, action=action, pause_s=pause_s)]
 
 
 def _given_up(number: int, task: Task, overdue: Action) -> OutcomeArrived:
@@ -348,10 +304,6 @@ def _given_up(number: int, task: Task, overdue: Action) -> OutcomeArrived:
     reason = f"{overdue} has not ended after {task.limits_s[overdue.id]:.1f} s, which is all the time it has"
     outcome = Outcome(status=OutcomeStatus.TIMED_OUT, failure="TookTooLong", reason=reason, outputs={}, elapsed_s=0.0)
     return OutcomeArrived(number=number, outcome=outcome, planned_s=0.0, shown={})
-
-
-def _with_task(state: State, task: Task) -> State:
-    return replace(state, tasks={**state.tasks, task.name: task})
 
 
 def _take_outcome(state: State, event: OutcomeArrived, now_s: float) -> Step:
@@ -372,24 +324,53 @@ def _take_outcome(state: State, event: OutcomeArrived, now_s: float) -> Step:
         elapsed_s=outcome.elapsed_s,
         outputs=dict(event.shown),
     )
-    state = _let_go(state, lambda number, _: number == event.number)
-    tasks = state.tasks
-    if not outcome.succeeded:
-        task = tasks[ended.task]
-        trouble = f"{action} {outcome.status}: {outcome.failure}, {outcome.reason}"
-        trouble = f"{task.trouble}; then {trouble}" if task.trouble else trouble
-        tasks = {**tasks, ended.task: replace(task, trouble=trouble, awaited_plans=task.awaited_plans + 1)}
-    report = ReportOutcome(task=ended.task, action=action, outcome=outcome)
-    return replace(state, tasks=tasks), [Record(event=finished), report]
+    state, task = let_go(state, lambda number, _: number == event.number), state.tasks[ended.task]
+    tried = task.tried.get(action.id, {})
+    if outcome.succeeded:
+        if tried:  # the next turn of a loop has the same id
+            state = with_task(state, replace(task, tried={i: t for i, t in task.tried.items() if i != action.id}))
+        return state, [Record(event=finished), ReportOutcome(task=task.name, action=action, outcome=outcome)]
+    task = task.with_trouble(f"{action} {outcome.status}: {outcome.failure}, {outcome.reason}")
+    state, number = _leased(with_task(state, task), task, action)  # nobody else takes its robots meanwhile
+    choose = ChooseRecovery(number=number, task=task.name, action=action, outcome=outcome, tried=tried)
+    return state, [Record(event=finished), choose]
 
 
-def _recover(state: State, event: FailureWasReported, now_s: float) -> Step:
+def _recover(state: State, event: RecoveryWasChosen, now_s: float) -> Step:
+    failed = state.running.get(event.number)
+    if failed is None:  # it is no longer wanted
+        return state, []
+    task, action = state.tasks[failed.task], failed.action
+    chosen = Record(
+        event=trace.RecoveryChosen(
+            t_s=now_s,
+            task=task.name,
+            action=str(action),
+            robot=action.robot or "",
+            number=event.number,
+            failure=event.failure,
+            recovery=event.retry,
+            reason=event.reason,
+        )
+    )
+    if event.retry:
+        tried = task.tried.get(action.id, {})
+        tried = {**tried, event.retry: tried.get(event.retry, 0) + 1}
+        task = replace(task, tried={**task.tried, action.id: tried})
+        state, commands = _begin(with_task(state, task), task, event.number, action, now_s, event.pause_s)
+        return state, [chosen, *commands]
+    state = let_go(state, lambda number, _: number == event.number)
+    state = with_task(state, replace(task, awaited_plans=task.awaited_plans + 1))
+    return state, [chosen, ReportOutcome(task=task.name, action=action, outcome=event.outcome)]
+
+
+def _plan_without(state: State, event: FailureWasReported, now_s: float) -> Step:
     task = state.tasks.get(event.task)
     if task is None:
         return state, []
     if event.excluded is None:
         return _finish(state, task.name, TaskStatus.FAILED, f"{task.trouble}; there is no other way to do it", now_s)
-    state = _let_go(state, lambda _, running: running.task == task.name and running.action.id in event.abandoned)
+    state = let_go(state, lambda _, running: running.task == task.name and running.action.id in event.abandoned)
     reason = f"{task.trouble}; {event.excluded} is not tried again for this"
     anew = trace.Replanned(t_s=now_s, task=task.name, reason=reason)
     return state, [Record(event=anew), MakePlan(task=task.name)]
@@ -440,7 +421,7 @@ def _carry_over(state: State, task: Task, new: NewKnowledge, now_s: float) -> St
         return state, [Record(event=kept)]
     reason = "what it may come to is done in the same way"
     over = trace.TaskCarriedOver(t_s=now_s, task=task.name, revision=new.revision, reason=reason)
-    state = _with_task(state, replace(task, revision=new.revision))
+    state = with_task(state, replace(task, revision=new.revision))
     return state, [Record(event=over), RebaseTask(task=task.name)]
 
 
@@ -448,7 +429,7 @@ def _finish(state: State, name: str, status: TaskStatus, reason: str, now_s: flo
     task = state.tasks.get(name)
     if task is None:
         return state, []
-    state = _let_go(state, lambda _, running: running.task == name)
+    state = let_go(state, lambda _, running: running.task == name)
     state = replace(state, tasks={n: t for n, t in state.tasks.items() if n != name})
     took_s = round(now_s - task.accepted_s, 9)
     commands: list[Command] = [
@@ -456,16 +437,6 @@ def _finish(state: State, name: str, status: TaskStatus, reason: str, now_s: flo
         FinishTask(task=name, status=status, reason=reason, took_s=took_s),
     ]
     return _begin_next(state, commands, now_s) if task.status is TaskStatus.UNDERWAY else (state, commands)
-
-
-def _let_go(state: State, which: Callable[[int, Running], bool]) -> State:
-    """Forget actions and the leases that they held."""
-    gone = {number for number, running in state.running.items() if which(number, running)}
-    return replace(
-        state,
-        running={n: r for n, r in state.running.items() if n not in gone},
-        leases={robot: n for robot, n in state.leases.items() if n not in gone},
-    )
 
 
 def _status(task: str, status: TaskStatus, reason: str, now_s: float) -> Record:

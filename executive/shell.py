@@ -15,9 +15,11 @@ from typing import Any, assert_never
 from executive import events, loop, trace
 from executive.goals import solve_goal
 from executive.recorder import Recorder
+from executive.recovering import choose
 from executive.request import TaskRequest
 from executive.revising import Unfinished
 from executive.shown import lacking, shown, shown_output
+from executive.state import State
 from executive.travel import travel_times
 from grounding.errors import GroundingError
 from grounding.ground import ground
@@ -96,7 +98,7 @@ class Shell:
         self._last_change: tuple[Revision, Revision, CarryOver] | None = None
         self._keys: dict[str, str] = {}
         self._held: dict[str, Snapshot] = {}
-        self._state = loop.State()
+        self._state = State()
         self._queue: deque[events.Event] = deque()
         self._taking_events = False
         self._snapshots: dict[str, Snapshot] = {}
@@ -226,8 +228,13 @@ class Shell:
             case events.AskActions(task=task):
                 progress = self._sessions[task].next_actions(now_s=self.clock.now_s)
                 self.post(events.ActionsAreReady(task=task, progress=progress))
-            case events.StartAction(number=number, task=task, action=action):
-                self._start(number, task, action)
+            case events.StartAction(number=number, task=task, action=action, pause_s=pause_s):
+                if pause_s:
+                    self.clock.call_at(self.clock.now_s + pause_s, lambda: self._start(number, task, action))
+                else:
+                    self._start(number, task, action)
+            case events.ChooseRecovery():
+                self._choose_recovery(command)
             case events.ReportOutcome(task=task, action=action, outcome=outcome):
                 self.report_outcome(task, action, outcome)
             case events.ReportChange(task=task, change=change):
@@ -340,6 +347,8 @@ class Shell:
         return pose
 
     def _start(self, number: int, task: str, action: Action) -> None:
+        if number not in self._state.running:
+            return  # it is no longer wanted
         snapshot, called_s = self._snapshots[task], self.clock.now_s
         grounding = snapshot.groundings[action.process]
 
@@ -379,6 +388,12 @@ class Shell:
             place = action.argument(name)
             if isinstance(place, Data):
                 self._messages[place.place] = value
+
+    def _choose_recovery(self, asked: events.ChooseRecovery) -> None:
+        task, now_s = asked.task, self.clock.now_s
+        plan, snapshot, session = self._plans[task], self._snapshots[task], self._sessions[task]
+        chosen, foreseen = choose(asked, session, plan, snapshot, lambda s: self.forecast(s, snapshot)[0], now_s=now_s)
+        self._post_after(self._pace.planning_s if foreseen else 0.0, chosen)
 
     def report_outcome(self, task: str, action: Action, outcome: Outcome) -> None:
         """Tell the planner how an action ended; what it decides comes as an event."""

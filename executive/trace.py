@@ -212,6 +212,24 @@ class FactsTold:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RecoveryChosen:
+    """What is done about an action that has failed: it is tried again, or the rest is planned without what has failed.
+
+    `recovery` is the way to try again, of the ontology; empty if there is a new plan.
+    """
+
+    kind: ClassVar[Literal["recovery_chosen"]] = "recovery_chosen"
+    t_s: float
+    task: str
+    action: str
+    robot: str
+    number: int
+    failure: str
+    recovery: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Replanned:
     """After a failure or a change in the world, the rest of a task is planned anew."""
 
@@ -305,6 +323,7 @@ TraceEvent: TypeAlias = (
     | ActionStarted
     | ActionFinished
     | FactsTold
+    | RecoveryChosen
     | Replanned
     | KnowledgeProposed
     | KnowledgeAccepted
@@ -402,6 +421,8 @@ def narrate(events: Iterable[TraceEvent]) -> Iterator[str]:
                 yield f"  [{event.action}] {event.outcome} at time {event.t_s:.2f}: {event.failure}, {event.reason}"
             case FactsTold() if event.value is not None and event.prop not in _FREQUENT:
                 yield f"  now {event.prop}({event.subject}) = {event.value}"
+            case RecoveryChosen() if event.recovery:
+                yield f"  [{event.action}] {event.recovery} at time {event.t_s:.2f}: {event.failure}; {event.reason}"
             case Replanned():
                 yield f"{event.task} is planned anew at time {event.t_s:.2f}: {event.reason}"
             case KnowledgeProposed():

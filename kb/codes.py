@@ -311,7 +311,8 @@ CODES: dict[str, Code] = {
     ),
     "KB166": Code(
         meaning="A learned value is of the wrong sort.",
-        advice="`learnedDuration_s` is 0 or more, `learnedOdds` above 0 and at most 1, `learnedTravelFactor` above 0.",
+        advice="`learnedDuration_s` is 0 or more, `learnedOdds` and `learnedRecoveryOdds` are above 0 and at most 1, "
+        "`learnedTravelFactor` is above 0.",
     ),
     "KB167": Code(
         meaning="A `LearnedValue` does not say of what it is, or another says the same.",

@@ -1,4 +1,4 @@
-"""What robots have done, kept to learn from: tries of processes and trips, by the trace that tells of them.
+"""What robots have done, kept to learn from: tries of processes and recoveries, and trips, by trace.
 
 A SQLite file, so that several runs may add to it at once. A trace counts once, however often it is given.
 """
@@ -27,7 +27,7 @@ CREATE TABLE IF NOT EXISTS trips (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tries:
-    """Tries of a process that went alike.
+    """Tries of a process, or of a recovery, that went alike.
 
     Attributes:
         robot: Who; empty for what needs no robot.

@@ -40,8 +40,13 @@ _TAIL = 0.05
 _SPREAD = 0.25  # of a stated duration: how far off it is taken to be before anything was measured
 _SHAPE = PRIOR / 2  # of the inverse gamma: the spread is stated as firmly as the mean
 _MS_PER_S = 1000.0
-_DIGITS = {Property.DURATION_S: 3, Property.SUCCESS_ODDS: 4, Property.TRAVEL_FACTOR: 3}
-_LEAST = {Property.DURATION_S: 0.0, Property.SUCCESS_ODDS: 0.0001, Property.TRAVEL_FACTOR: 0.05}
+_DIGITS = {Property.DURATION_S: 3, Property.SUCCESS_ODDS: 4, Property.TRAVEL_FACTOR: 3, Property.RECOVERY_ODDS: 4}
+_LEAST = {
+    Property.DURATION_S: 0.0,
+    Property.SUCCESS_ODDS: 0.0001,
+    Property.TRAVEL_FACTOR: 0.05,
+    Property.RECOVERY_ODDS: 0.0001,
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,8 +54,8 @@ class Lesson:
     """A number that was learned, whether or not it differs from what is stated.
 
     Attributes:
-        prop: duration_s, successOdds or travelFactor.
-        subject: Name of the process or robot.
+        prop: duration_s, successOdds, travelFactor or recoveryOdds.
+        subject: Name of the process, robot or recovery.
         stated: What the files of people say; of a single robot, what is learned of all; of a robot at a place, what
             is learned of the robot.
         learned: What tries and trips say, rounded as it is written.
@@ -99,6 +104,10 @@ def learn(tries: Sequence[Tries], trips: Sequence[Trip], stated: Ontology) -> li
             continue  # it was renamed or removed since
         own = [t for t in tries if t.process == name]
         if sum(t.count for t in own) < FEWEST:
+            continue
+        if stated.is_a(name, Kind.RETRY):
+            helps = _odds(name, own, _stated(stated, Property.RECOVERY_ODDS, name, 1.0))
+            lessons.append(replace(helps, prop=Property.RECOVERY_ODDS))
             continue
         lessons += _by_robot(_odds(name, own, _stated(stated, Property.SUCCESS_ODDS, name, 1.0)), own, _odds, stated)
         if stated.is_a(name, Kind.ATOMIC_PROCESS):

@@ -24,6 +24,7 @@ LEARNED = {
     Property.DURATION_S: Property.LEARNED_DURATION_S,
     Property.SUCCESS_ODDS: Property.LEARNED_ODDS,
     Property.TRAVEL_FACTOR: Property.LEARNED_TRAVEL_FACTOR,
+    Property.RECOVERY_ODDS: Property.LEARNED_RECOVERY_ODDS,
 }
 """What stands in for a stated value where it was learned: see kb/learned.py."""
 

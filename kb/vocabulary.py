@@ -50,6 +50,7 @@ class Kind(StrEnum):
     FIELD = "Field"
     FAILURE = "Failure"
     RECOVERY = "Recovery"
+    RETRY = "Retry"
     LEARNED_VALUE = "LearnedValue"
 
 
@@ -107,6 +108,7 @@ class Property(StrEnum):
     LEARNED_DURATION_S = "learnedDuration_s"
     LEARNED_ODDS = "learnedOdds"
     LEARNED_TRAVEL_FACTOR = "learnedTravelFactor"
+    LEARNED_RECOVERY_ODDS = "learnedRecoveryOdds"
     LEARNED_FROM = "learnedFrom"
     OF_PROCESS = "ofProcess"
     OF_ROBOT = "ofRobot"
@@ -129,6 +131,10 @@ class Property(StrEnum):
     EXPECTED_FAILURE = "expectedFailure"
     FAILURE_CODE = "failureCode"
     RECOVERED_BY = "recoveredBy"
+    RECOVERY_TIME_S = "recoveryTime_s"
+    RECOVERY_ODDS = "recoveryOdds"
+    MAX_ATTEMPTS = "maxAttempts"
+    PAUSE_S = "pause_s"
     LOCATED_AT = "locatedAt"
     IN_AREA = "inArea"
     HAS_POSE_ESTIMATE = "hasPoseEstimate"

@@ -369,7 +369,12 @@ class Session:
         _fork_session(struct("fork", self._key, key, round(now_s * MS_PER_S), snapshot.revision, keys))
         twin = copy.copy(self)
         twin._key, twin._snapshot, twin._from_start = key, snapshot, False
+        twin._abandoned, twin._unfit = set(self._abandoned), set(self._unfit)
         return twin
+
+    def may_go_on(self, action: Action) -> bool:
+        """Whether the robot of a running action is still capable of what it is to do next."""
+        return action.id not in self._unfit
 
     def failed(self, action: Action, *, now_s: float) -> Retry:
         """Report that an action has failed. Plan again before going on."""

@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 from executive import events, loop
 from executive.request import TaskRequest
+from executive.state import State
 from executive.trace import TraceEvent
 from grounding.outcome import Outcome, OutcomeStatus
 from kb.terms import Action, Argument
@@ -62,9 +63,16 @@ def arrived(number: int, outcome: Outcome = SUCCEEDED) -> events.OutcomeArrived:
     return events.OutcomeArrived(number=number, outcome=outcome, planned_s=0.4, shown={})
 
 
-def after(*happened: events.Event, now_s: float = 1.0) -> tuple[loop.State, list[events.Command]]:
+def recovered(number: int, retry: str = "", *, pause_s: float = 0.0) -> events.RecoveryWasChosen:
+    """What is done about a failure: a try in some way, or a plan without what has failed."""
+    return events.RecoveryWasChosen(
+        number=number, outcome=BROKEN, retry=retry, failure="UnknownFailure", reason="it is sooner", pause_s=pause_s
+    )
+
+
+def after(*happened: events.Event, now_s: float = 1.0) -> tuple[State, list[events.Command]]:
     """The state after some events from the beginning, and the commands of the last."""
-    state, commands = loop.State(), list[events.Command]()
+    state, commands = State(), list[events.Command]()
     for event in happened:
         state, commands = loop.step(state, event, now_s)
     return state, commands

@@ -17,6 +17,7 @@ from executive.trace import (
     PlanMade,
     ProcessBegun,
     ProcessEnded,
+    RecoveryChosen,
     TaskFinished,
     TraceEvent,
     to_json,
@@ -71,6 +72,20 @@ def finished(
     )
 
 
+def recovery(t_s: float, chosen: str = "", number: int = 2) -> RecoveryChosen:
+    """What is done about an action of the robot that has failed."""
+    return RecoveryChosen(
+        t_s=t_s,
+        task="one",
+        action="Base(amigo_1)",
+        robot="amigo_1",
+        number=number,
+        failure="UnknownFailure",
+        recovery=chosen,
+        reason="",
+    )
+
+
 def tries(process: str, ms: int, *, place: str = "", succeeded: bool = True, count: int = 1) -> Tries:
     """Tries of the robot."""
     return Tries(process=process, robot="amigo_1", place=place, took_ms=ms, succeeded=succeeded, count=count)
@@ -108,6 +123,7 @@ def test_what_fails_fails_the_process_around_it(outcome: str, snapshot: Snapshot
         planned((NAVIGATE, 0.5, 6.5)),
         begun(0.5),
         finished(2.5, "Base(amigo_1)", outcome),
+        recovery(2.5),
         ended(9.0),
     ]
     gathered = gather(events, snapshot.ontology, same_knowledge=True)
@@ -116,6 +132,26 @@ def test_what_fails_fails_the_process_around_it(outcome: str, snapshot: Snapshot
         tries("Navigate", 2000, place="at_bar", succeeded=False),
     )
     assert gathered.trips == ()
+
+
+def test_a_recovery_is_a_try_that_helps_or_not(snapshot: Snapshot) -> None:
+    """The process around what is tried again has not failed by that."""
+    events: list[TraceEvent] = [
+        planned((NAVIGATE, 0.5, 6.5)),
+        begun(0.5),
+        finished(2.5, "Base(amigo_1)", "TIMED_OUT"),
+        recovery(2.5, "retry", number=1),
+        finished(3.0, "Base(amigo_1)", "TIMED_OUT", elapsed_s=0.5),
+        recovery(3.0, "retry", number=1),
+        finished(3.5, "Base(amigo_1)", elapsed_s=0.5),
+        ended(9.0),
+    ]
+    gathered = gather(events, snapshot.ontology, same_knowledge=False)
+    assert [(t.process, t.succeeded) for t in gathered.tries if t.process in ("retry", "Navigate")] == [
+        ("Navigate", True),
+        ("retry", False),
+        ("retry", True),
+    ]
 
 
 def test_what_was_not_tried_does_not_count(snapshot: Snapshot) -> None:

@@ -11,7 +11,8 @@ from executive import events, trace
 from executive.cli import main
 from executive.events import AdoptKnowledge, NewKnowledge, RebaseTask
 from executive.kb_commands.history import history_of
-from executive.loop import State, step
+from executive.loop import step
+from executive.state import State
 from kb.files import SHIPPED
 from planner.planner import Ended, Progress, Started, Told
 from tests.executive.made import action, after, others, planned, ready, recorded, requested

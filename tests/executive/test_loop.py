@@ -9,6 +9,7 @@ from executive.events import (
     ActionsAreReady,
     AskActions,
     CancelRequested,
+    ChooseRecovery,
     CompileProgram,
     FactWasTold,
     FailureWasReported,
@@ -23,11 +24,24 @@ from executive.events import (
     TaskStatus,
     Tell,
 )
-from executive.loop import State, step
+from executive.loop import step
+from executive.state import State
 from kb.errors import InternalError
 from planner.plan import PlanStatus
 from planner.planner import Abandoned, Begun, Ended, Progress, Started, StepEvent, Told
-from tests.executive.made import BROKEN, action, after, arrived, others, planned, ready, recorded, requested
+from tests.executive.made import (
+    BROKEN,
+    SUCCEEDED,
+    action,
+    after,
+    arrived,
+    others,
+    planned,
+    ready,
+    recorded,
+    recovered,
+    requested,
+)
 
 SWEEP, MOP = action("Sweep", "r1"), action("Mop", "r2")
 THINK = action("Think")
@@ -198,6 +212,7 @@ def test_while_a_new_plan_is_awaited_nothing_running_is_no_dead_end() -> None:
         planned("one"),
         ready("one", Started(action=SWEEP), Started(action=MOP)),
         arrived(1, BROKEN),
+        recovered(3),
         FailureWasReported(task="one", excluded="r1"),
         arrived(2),
         ready("one"),
@@ -259,14 +274,60 @@ def test_that_there_was_no_plan_before_a_change_says_nothing_of_after() -> None:
 
 
 def test_a_failure_frees_the_robot_and_is_planned_around() -> None:
-    """Outcome, report, Replanned with the reason, MakePlan."""
+    """Outcome, what to do about it, report, Replanned with the reason, MakePlan."""
     state, commands = after(requested("one"), planned("one"), ready("one", Started(action=SWEEP)), arrived(1, BROKEN))
+    assert state.leases == {"r1": 2}, "nobody else takes the robot while it is decided what to do"
+    assert others(commands) == [ChooseRecovery(number=2, task="one", action=SWEEP, outcome=BROKEN, tried={})]
+    state, commands = step(state, recovered(2), 1.5)
     assert state.leases == {}
     assert others(commands) == [ReportOutcome(task="one", action=SWEEP, outcome=BROKEN)]
+    [chosen] = recorded(commands)
+    assert isinstance(chosen, trace.RecoveryChosen)
+    assert (chosen.failure, chosen.recovery, chosen.reason) == ("UnknownFailure", "", "it is sooner")
     _, commands = step(state, FailureWasReported(task="one", excluded="r1"), 2.0)
     reason = "Sweep(r1) EXECUTION_FAILED: DeviceBroken, it smokes; r1 is not tried again for this"
     assert recorded(commands) == [trace.Replanned(t_s=2.0, task="one", reason=reason)]
     assert others(commands) == [MakePlan(task="one")]
+
+
+def test_a_failed_action_is_tried_again() -> None:
+    """Under a number of its own, after a pause; how often each way was tried is counted until it has succeeded."""
+    begun = (requested("one"), planned("one"), ready("one", Started(action=SWEEP)), arrived(1, BROKEN))
+    state, commands = after(*begun, recovered(2, "look_again", pause_s=3.0))
+    assert others(commands) == [StartAction(number=2, task="one", action=SWEEP, pause_s=3.0)]
+    assert [type(event) for event in recorded(commands)] == [trace.RecoveryChosen, trace.ActionReady]
+    assert state.leases == {"r1": 2}
+    assert step(state, arrived(1), 2.0) == (state, []), "a late reply to the first try"
+    failed, commands = step(state, arrived(2, BROKEN), 2.0)
+    [choose] = others(commands)
+    assert isinstance(choose, ChooseRecovery)
+    assert (choose.number, choose.tried) == (3, {"look_again": 1})
+    again, _ = step(failed, recovered(3, "wait"), 2.0)
+    assert again.tasks["one"].tried == {SWEEP.id: {"look_again": 1, "wait": 1}}
+    done, commands = step(again, arrived(3), 3.0)
+    assert others(commands) == [ReportOutcome(task="one", action=SWEEP, outcome=SUCCEEDED)]
+    assert (done.tasks["one"].tried, done.leases) == ({}, {})
+
+
+def test_what_is_no_longer_wanted_is_not_tried_again() -> None:
+    """It was given up, or its task has ended, while it was decided what to do."""
+    failed, _ = after(requested("one"), planned("one"), ready("one", Started(action=SWEEP)), arrived(1, BROKEN))
+    given_up, _ = step(failed, ready("one", Abandoned(action=SWEEP), running=1), 2.0)
+    canceled, _ = step(failed, CancelRequested(task="one"), 2.0)
+    for state in (given_up, canceled):
+        assert state.leases == {}
+        assert step(state, recovered(2, "retry"), 3.0) == (state, [])
+
+
+def test_an_overdue_action_is_not_tried_again() -> None:
+    """The time of the process around it has run out meanwhile: that is the failure then."""
+    tidy, inner = action("Tidy", "r1"), action("Sweep", "r1", step="task/1/Tidy/2")
+    begun = ready("one", Begun(action=tidy), Started(action=inner), running=1)
+    failed, _ = after(requested("one"), planned("one", limits_s={tidy.id: 5.0}), begun, arrived(1, BROKEN))
+    _, commands = step(failed, recovered(2, "retry"), 6.5)
+    [choose] = others(commands)
+    assert isinstance(choose, ChooseRecovery)
+    assert choose.outcome.failure == "TookTooLong"
 
 
 def test_without_another_way_the_task_fails_with_all_that_went_wrong() -> None:
@@ -276,16 +337,18 @@ def test_without_another_way_the_task_fails_with_all_that_went_wrong() -> None:
         planned("one"),
         ready("one", Started(action=SWEEP), Started(action=MOP)),
         arrived(1, BROKEN),
+        recovered(3),
         FailureWasReported(task="one", excluded="r1"),
         planned("one"),
         ready("one", Started(action=THINK)),
         arrived(2, BROKEN),
+        recovered(5),
         FailureWasReported(task="one", excluded=None),
     )
     trouble = "EXECUTION_FAILED: DeviceBroken, it smokes"
     reason = f"Sweep(r1) {trouble}; then Mop(r2) {trouble}; there is no other way to do it"
     assert others(commands) == [FinishTask(task="one", status=TaskStatus.FAILED, reason=reason, took_s=0.0)]
-    assert state == State(next_number=4)
+    assert state == State(next_number=6)
 
 
 def test_no_plan_after_a_failure_fails_the_task_with_the_failure_first() -> None:
@@ -295,6 +358,7 @@ def test_no_plan_after_a_failure_fails_the_task_with_the_failure_first() -> None
         planned("one"),
         ready("one", Started(action=SWEEP)),
         arrived(1, BROKEN),
+        recovered(2),
         FailureWasReported(task="one", excluded="r1"),
         planned("one", PlanStatus.UNSOLVABLE_PROVEN),
     )
@@ -318,12 +382,12 @@ def test_an_overdue_composite_gives_its_next_action_up() -> None:
     _, commands = step(state, ready("one", Started(action=inner)), 6.0)
     assert others(commands) == [StartAction(number=1, task="one", action=inner)], "in time, to the last moment"
     late, commands = step(state, ready("one", Started(action=inner), Started(action=MOP)), 6.5)
-    report, start = others(commands)
-    assert isinstance(report, ReportOutcome)
-    assert report.outcome.failure == "TookTooLong"
-    assert report.outcome.reason == "Tidy(r1) has not ended after 5.0 s, which is all the time it has"
-    assert start == StartAction(number=2, task="one", action=MOP)
-    assert late.leases == {"r2": 2}
+    choose, start = others(commands)
+    assert isinstance(choose, ChooseRecovery)
+    assert choose.outcome.failure == "TookTooLong"
+    assert choose.outcome.reason == "Tidy(r1) has not ended after 5.0 s, which is all the time it has"
+    assert start == StartAction(number=3, task="one", action=MOP)
+    assert late.leases == {"r1": 2, "r2": 3}
     assert "TIMED_OUT: TookTooLong" in late.tasks["one"].trouble
 
 

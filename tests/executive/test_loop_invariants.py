@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from executive import events, loop
+from executive.state import State
 from executive.trace import ActionReady, TaskStatusChanged
 from kb.errors import InternalError
 from planner.plan import PlanStatus
@@ -62,9 +63,9 @@ histories = st.lists(random_events, max_size=30).flatmap(
 )
 
 
-def fold(history: list[events.Event]) -> list[tuple[loop.State, list[events.Command]]]:
+def fold(history: list[events.Event]) -> list[tuple[State, list[events.Command]]]:
     """State and commands after each event; one that would start on a leased robot is left out."""
-    state, steps = loop.State(), []
+    state, steps = State(), []
     for index, event in enumerate(history):
         try:
             state, commands = loop.step(state, event, float(index))
@@ -75,7 +76,7 @@ def fold(history: list[events.Event]) -> list[tuple[loop.State, list[events.Comm
     return steps
 
 
-def starts_on_a_leased_robot(state: loop.State, event: events.Event) -> bool:
+def starts_on_a_leased_robot(state: State, event: events.Event) -> bool:
     """Whether an event has an action start on a robot that is leased, or two of them on one."""
     assert isinstance(event, events.ActionsAreReady)
     robots = [robot for e in event.progress.events if isinstance(e, Started) for robot in e.action.robots]
@@ -143,4 +144,4 @@ def test_every_action_is_ready_once_with_a_number_of_its_own(history: list[event
 def test_the_same_events_give_the_same_states_and_commands(history: list[events.Event]) -> None:
     """Folding twice, over the same starting state, changes nothing that was there before."""
     assert fold(history) == fold(history)
-    assert loop.State() == loop.State(tasks={}, running={}, leases={}, next_number=1)
+    assert State() == State(tasks={}, running={}, leases={}, next_number=1)

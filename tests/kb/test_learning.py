@@ -175,6 +175,18 @@ def test_what_comes_on_top_of_a_way_is_told_apart_too(stated: Ontology) -> None:
     assert (at_bar.differs, at_cabinet.differs) == (True, True)
 
 
+def test_what_helps_is_learned_too(stated: Ontology) -> None:
+    """A retry is stated to help three times in ten; it did 30 times of 40. Who did it, and where, is all the same."""
+    tries = [
+        tried(500, 30, process="retry"),
+        tried(500, 10, process="retry", succeeded=False),
+        tried(500, 10, process="retry", robot="pico_1", place="at_bar"),
+    ]
+    [lesson] = learn(tries, [], stated)
+    assert (lesson.prop, lesson.subject, lesson.stated) == (Property.RECOVERY_ODDS, "retry", 0.3)
+    assert lesson.learned == round((3 + 40) / (10 + 50), 4)
+
+
 def test_experience_is_kept_by_site_and_a_trace_counts_once(tmp_path: Path) -> None:
     """Also where several add to the same file."""
     experience = Experience(tmp_path / "new" / "experience.sqlite")

@@ -14,6 +14,7 @@ UNIT = re.compile(r"_(s|m|rad|mps|radps|J|W|kg|N|Nm)\Z")
 WITHOUT_UNIT = {
     "capacity",
     "learnedOdds",
+    "learnedRecoveryOdds",
     "learnedTravelFactor",
     "maxAttempts",
     "parameterNumber",

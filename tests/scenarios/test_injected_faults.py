@@ -7,7 +7,7 @@ from pathlib import Path
 
 from executive import Fleet, TaskResult, TaskStatus
 from executive.replay import first_difference
-from executive.trace import ActionFinished, FleetOpened, TraceEvent
+from executive.trace import ActionFinished, FleetOpened, RecoveryChosen, Replanned, TraceEvent
 from kb.files import SHIPPED
 
 
@@ -27,6 +27,39 @@ def test_the_work_of_a_lost_robot_is_taken_over(tmp_path: Path) -> None:
     assert {event.robot for event in ended if event.failure} == {"amigo_1"}
     assert {event.robot for event in ended if event.action.startswith("Kinect(")} == {"pico_1"}
     assert first_difference(trace, SHIPPED) == ""
+
+
+def chosen(trace: list[TraceEvent]) -> list[tuple[str, str, str]]:
+    """What was done about failures: action, class of failure, recovery."""
+    return [(e.action, e.failure, e.recovery) for e in trace if isinstance(e, RecoveryChosen)]
+
+
+def test_a_camera_that_fails_once_is_tried_again(tmp_path: Path) -> None:
+    """By the same robot: that is sooner than another one; the drink is found, and a replay decides the same."""
+    faults = tmp_path / "camera.toml"
+    faults.write_text('[faults.camera]\nservice = "/amigo_1/kinect"\nkind = "fail"\ncalls = [1]\n')
+    (result, trace), (_, without) = run(faults=faults), run()
+    assert result.status is TaskStatus.COMPLETED
+    assert chosen(trace) == [("Kinect(amigo_1)", "UnknownFailure", "retry")]
+    assert not [e for e in trace if isinstance(e, Replanned)]
+    seen = [
+        {e.robot for e in events if isinstance(e, ActionFinished) and "drink_1" in e.action}
+        for events in (trace, without)
+    ]
+    assert seen == [{"amigo_1"}, {"amigo_1"}]
+    assert first_difference(trace, SHIPPED) == ""
+
+
+def test_a_camera_that_fails_again_and_again_is_given_up(tmp_path: Path) -> None:
+    """As often as the ontology allows it is tried again, and then another robot goes; each decision tells why."""
+    faults = tmp_path / "camera.toml"
+    faults.write_text('[faults.camera]\nservice = "/amigo_1/kinect"\nkind = "fail"\n')
+    _, trace = run(faults=faults)
+    decided = [e for e in trace if isinstance(e, RecoveryChosen) and e.robot == "amigo_1"]
+    assert [e.recovery for e in decided] == ["retry", "retry", ""]
+    assert [" s with retry or " in e.reason for e in decided] == [True, True, False]
+    [anew] = [e for e in trace if isinstance(e, Replanned) and "amigo_1 is not tried again" in e.reason]
+    assert "(3 times)" in anew.reason
 
 
 def test_late_and_repeated_replies_do_no_harm(tmp_path: Path) -> None:

@@ -1,0 +1,94 @@
+"""What the executive has to know to go on: tasks, what is running, who is busy. Values, changed by making others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import TypeAlias
+
+from executive.events import Command, TaskStatus
+from executive.request import TaskRequest
+from kb.terms import Action
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """A task that has not ended.
+
+    Attributes:
+        troubles: What has failed so far, in order, and how often one after the other.
+        awaited_plans: How many plans are still to come: the first, and one for each failure.
+        revision: Number of the revision of the knowledge that it is done under; 0 before it is underway.
+        robots: Who takes part in the plan that was made last.
+        limits_s: How long composite steps of the plan may take, by id.
+        deadlines: Those that have begun: what they are, and when they have failed, by id.
+        tried: How often each way to try again was tried for a step that has not succeeded yet, by id of the step.
+    """
+
+    name: str
+    request: TaskRequest
+    status: TaskStatus
+    accepted_s: float
+    troubles: tuple[tuple[str, int], ...] = ()
+    awaited_plans: int = 1
+    revision: int = 0
+    robots: frozenset[str] = frozenset()
+    limits_s: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    deadlines: Mapping[str, tuple[Action, float]] = field(default_factory=lambda: MappingProxyType({}))
+    tried: Mapping[str, Mapping[str, int]] = field(default_factory=lambda: MappingProxyType({}))
+
+    @property
+    def trouble(self) -> str:
+        """What has failed so far, in a sentence; empty as long as nothing has."""
+        return "; then ".join(what if count == 1 else f"{what} ({count} times)" for what, count in self.troubles)
+
+    def with_trouble(self, what: str) -> Task:
+        """The same after something has failed."""
+        *before, (last, count) = self.troubles or (("", 0),)
+        if last == what:
+            return replace(self, troubles=(*before, (what, count + 1)))
+        return replace(self, troubles=(*self.troubles, (what, 1)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Running:
+    """An action whose service has been called; or one that has failed, until it is decided what to do."""
+
+    task: str
+    action: Action
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class State:
+    """All that the executive has to know to go on.
+
+    Attributes:
+        tasks: By name, in order of arrival: the first is underway, the others are queued.
+        running: By number of the action.
+        leases: Number of the action that each busy robot is doing.
+        next_number: Of the next action; never used twice.
+    """
+
+    tasks: Mapping[str, Task] = field(default_factory=lambda: MappingProxyType({}))
+    running: Mapping[int, Running] = field(default_factory=lambda: MappingProxyType({}))
+    leases: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    next_number: int = 1
+
+
+Step: TypeAlias = tuple[State, list[Command]]
+
+
+def with_task(state: State, task: Task) -> State:
+    """The same with this task."""
+    return replace(state, tasks={**state.tasks, task.name: task})
+
+
+def let_go(state: State, which: Callable[[int, Running], bool]) -> State:
+    """Forget actions and the leases that they held."""
+    gone = {number for number, running in state.running.items() if which(number, running)}
+    return replace(
+        state,
+        running={n: r for n, r in state.running.items() if n not in gone},
+        leases={robot: n for robot, n in state.leases.items() if n not in gone},
+    )

@@ -1,0 +1,39 @@
+"""What the shipped ontologies say of failures and of what may help."""
+
+from __future__ import annotations
+
+import pytest
+
+from kb.recoveries import MOST_ATTEMPTS, Recoveries, Retry
+from kb.store import KnowledgeBase
+
+
+@pytest.fixture(scope="module")
+def recoveries(shipped: KnowledgeBase) -> Recoveries:
+    """Of the shipped site."""
+    return Recoveries(shipped.snapshot().ontology)
+
+
+@pytest.mark.parametrize(
+    ("code", "failure"),
+    [
+        ("NoReply", "TimedOut"),
+        ("ObjectNotFound", "NotDetected"),
+        ("Lost", "RobotLost"),
+        ("PATIENCE_EXCEEDED", "NavigationBlocked"),
+        ("SomethingElse", "UnknownFailure"),
+    ],
+)
+def test_a_code_means_a_class_of_failure(code: str, failure: str, recoveries: Recoveries) -> None:
+    """Ours, and those of ROS by their names; what nobody claims is unknown."""
+    assert recoveries.failure_class(code) == failure
+
+
+def test_what_helps_against_a_class_helps_against_those_below(recoveries: Recoveries) -> None:
+    """A reply that does not come is tried for as any call is that does not come through."""
+    retry = Retry(name="retry", time_s=1.0, odds=0.3, attempts=2, pause_s=0.0)
+    assert recoveries.retries("TimedOut") == recoveries.retries("CommunicationFailure") == (retry,)
+    assert [way.name for way in recoveries.retries("SensorSilent")] == ["look_again", "retry_after_pause"]
+    assert recoveries.retries("SensorSilent")[1].pause_s > 0.0
+    assert recoveries.retries("Canceled") == ()
+    assert MOST_ATTEMPTS == 10
