@@ -38,14 +38,14 @@ def run(quick: bool) -> Mapping[str, Figure]:
         snapshot = knowledge.snapshot()
         figures: dict[str, Figure] = {}
         for name, planned in (("planned", True), ("choosing", False)):
-            spent_s = sorted(_decisions(snapshot, planned=planned, cycles=5, steps=2_000 if quick else 20_000))
+            spent_s = sorted(decisions(snapshot, planned=planned, cycles=5, steps=2_000 if quick else 20_000))
             figures[f"{name}_decisions"] = len(spent_s)
             figures[f"{name}_median_ms"] = 1000.0 * spent_s[len(spent_s) // 2]
             figures[f"{name}_p99_ms"] = 1000.0 * spent_s[int(0.99 * (len(spent_s) - 1))]
             figures[f"{name}_slowest_ms"] = 1000.0 * spent_s[-1]
         steps = LONG_RUN_STEPS // 20 if quick else LONG_RUN_STEPS
         cycles = 1 + LONG_RUN_STEPS // (5 * DRINKS)
-        long_run = _decisions(snapshot, planned=True, cycles=cycles, steps=steps + 1_000)
+        long_run = decisions(snapshot, planned=True, cycles=cycles, steps=steps + 1_000)
         for _ in range(1_000):  # whatever is made once
             next(long_run)
         before_b, in_use_b = _resident_b(), _in_use_b()
@@ -57,9 +57,14 @@ def run(quick: bool) -> Mapping[str, Figure]:
     return figures
 
 
-def _decisions(snapshot: Snapshot, *, planned: bool, cycles: int, steps: int) -> Iterator[float]:
-    """Seconds of each decision, until everything is done or so many steps have ended."""
-    session = Session(f"decisions_{planned}_{cycles}", snapshot, "FindEmptyDrink", {"room": "tue_lab"}, robots=ROBOTS)
+def decisions(snapshot: Snapshot, *, planned: bool, cycles: int, steps: int, robots: int = ROBOTS) -> Iterator[float]:
+    """Seconds of each decision, until everything is done or so many steps have ended.
+
+    Args:
+        planned: Along a plan; without one, every pick is a choice of the moment.
+        cycles: Turns of the loop by which a robot drives, until it has arrived.
+    """
+    session = Session(f"decisions_{planned}_{cycles}", snapshot, "FindEmptyDrink", {"room": "tue_lab"}, robots=robots)
     try:
         if planned:
             session.plan(_travel, now_s=0.0)

@@ -5,11 +5,16 @@ them, a map of 200 x 160 cells in three of them, answered with what was made bef
 services it came to 0.1 Hz): in process, and over rosbridge to another process, for one robot and for ten, each with a
 connection of its own. Text is what other servers take, CBOR what ours does. `rosbridge_cpu_ms` is what a cycle takes of
 the client's processor, which says more than Hz where others share the machine. Images are one call for color and
-depth, 640 x 480, as CBOR.
+depth, 640 x 480, as CBOR. A step is an outcome told to the planner and the actions that may start then, two robots
+at two drinks.
+
+At last the same with planner and real services: FindEmptyDrink by two simulated robots in another process, which move
+in real time; the cycles between the first and the last one of each robot.
 """
 
 from __future__ import annotations
 
+import subprocess
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,12 +23,17 @@ from itertools import count
 
 import numpy as np
 
+from executive import Fleet, TaskStatus
+from executive.trace import ActionFinished
 from grounding.inprocess import InProcessTransport, Service
 from grounding.rosbridge.client import RosbridgeTransport
 from grounding.rosbridge.connection import Endpoint
 from grounding.transport import ServiceCall, ServiceReply, Transport
 from kb.clock import WallClock
+from kb.files import SHIPPED
+from kb.store import KnowledgeBase
 from tests.benchmarks.canned import CAMERA, CYCLE, ROBOTS, Canned, far_end_process
+from tests.benchmarks.decisions import decisions
 from tests.benchmarks.harness import Figure, main
 
 PAPER_HZ = 0.1
@@ -45,7 +55,33 @@ def run(quick: bool) -> Mapping[str, Figure]:
         figures["rosbridge_text_hz"] = _rosbridge_hz(canned, uri, one, seconds, binary=False)
         figures["rosbridge_ten_robots_hz"] = _rosbridge_hz(canned, uri, ten, seconds, binary=True)
         figures["images_mb_per_s"] = _images_mb_per_s(canned, uri, seconds)
+    figures |= _steps(2_000 if quick else 20_000)
+    figures["task_hz"] = _task_hz()
     return figures
+
+
+def _steps(count: int) -> Mapping[str, Figure]:
+    knowledge = KnowledgeBase("tue_lab", SHIPPED)
+    spent_s = sorted(decisions(knowledge.snapshot(), planned=False, cycles=count, steps=count, robots=2))
+    knowledge.close()
+    return {"step_median_ms": 1000.0 * spent_s[len(spent_s) // 2], "steps_per_s": len(spent_s) / sum(spent_s)}
+
+
+def _task_hz() -> float:
+    """Cycles a second of the slower robot while it drives."""
+    command = [sys.executable, "-m", "executive.cli", "simulate", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+        try:
+            assert server.stdout is not None
+            uri = next(line.split()[2] for line in server.stdout if line.startswith("serving at "))
+            with Fleet.open("tue_lab", connect=uri) as fleet:
+                result = fleet.request("FindEmptyDrink", room="tue_lab").wait()
+                assert result.status is TaskStatus.COMPLETED, result.reason
+                driven = [e for e in fleet.trace if isinstance(e, ActionFinished) and e.action.startswith("Base(")]
+        finally:
+            server.terminate()
+    times = {robot: [e.t_s for e in driven if e.robot == robot] for robot in ("amigo_1", "pico_1")}
+    return min((len(t_s) - 1) / (t_s[-1] - t_s[0]) for t_s in times.values())
 
 
 def _in_process_hz(canned: Canned, seconds: float) -> float:
