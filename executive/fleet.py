@@ -20,6 +20,7 @@ from executive.connecting import open_connected
 from executive.errors import BadRequest
 from executive.goals import check_goal, recipe_file, store_recipe
 from executive.live import KnowledgeProposal
+from executive.metrics import Metrics
 from executive.request import TaskRequest, check_fact, check_request
 from executive.shell import TaskResult
 from executive.trace import TraceEvent
@@ -355,6 +356,11 @@ class Fleet:
     def trace(self) -> Sequence[TraceEvent]:
         """Every event so far."""
         return self._parts.shell.recorder.events
+
+    @property
+    def metrics(self) -> Metrics:
+        """What the work has cost so far: calls, bytes and time by service and robot, processor time."""
+        return self._parts.shell.metrics
 
     @property
     def now_s(self) -> float:

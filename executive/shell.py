@@ -14,6 +14,7 @@ from typing import Any, assert_never
 
 from executive import events, loop, trace
 from executive.goals import solve_goal
+from executive.metrics import Metrics
 from executive.recorder import Recorder
 from executive.recovering import choose
 from executive.request import TaskRequest
@@ -92,6 +93,7 @@ class Shell:
         self.clock = clock
         self._pace = pace
         self.recorder = recorder
+        self.metrics = Metrics()
         self.results: dict[str, TaskResult] = {}
         self._knowledge = knowledge
         self._transport = transport
@@ -366,9 +368,15 @@ class Shell:
             self.clock.call_at(called_s, lambda: ended(outcome))
             return
 
+        def came(outcome: Outcome, reply: Mapping[str, object]) -> None:
+            if number in self._state.running:  # else it is late
+                self.metrics.note(call, action.robot or "", outcome, reply)
+            ended(outcome)
+
         def deliver(reply: ServiceReply) -> None:
             forget_timeout()
-            ended(interpret(reply, grounding, service=call.service, elapsed_s=round(self.clock.now_s - called_s, 9)))
+            elapsed_s = round(self.clock.now_s - called_s, 9)
+            came(interpret(reply, grounding, service=call.service, elapsed_s=elapsed_s), reply.fields)
 
         self.recorder.record(
             trace.ActionStarted(
@@ -381,7 +389,7 @@ class Shell:
             )
         )
         self._transport.call(call, deliver)
-        forget_timeout = self.clock.call_at(called_s + call.timeout_s, lambda: ended(timed_out(call)))
+        forget_timeout = self.clock.call_at(called_s + call.timeout_s, lambda: came(timed_out(call), {}))
 
     def _keep(self, action: Action, outcome: Outcome) -> None:
         for name, value in outcome.outputs.items():

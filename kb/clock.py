@@ -22,6 +22,23 @@ def utc_now() -> datetime:
     return datetime.now(UTC)
 
 
+class Stopwatch:
+    """Real time and processor time since it was made: for what things cost, never for decisions."""
+
+    def __init__(self) -> None:
+        self._wall_s, self._cpu_s = time.perf_counter(), time.process_time()
+
+    @property
+    def wall_s(self) -> float:
+        """Real time, in seconds."""
+        return time.perf_counter() - self._wall_s
+
+    @property
+    def cpu_s(self) -> float:
+        """Time of this process on all processors, in seconds; its threads count, its worker processes do not."""
+        return time.process_time() - self._cpu_s
+
+
 class Clock(Protocol):
     """What tells the time. Callbacks run on the thread that calls `run_until`, one at a time."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -45,11 +46,14 @@ def run(options: argparse.Namespace) -> int:
         if result.status is TaskStatus.REFUSED:
             complain(f"concertmaster: {task.name} was refused: {result.reason}")
             return REFUSED
+        metrics = fleet.metrics.told()
+        (out / "metrics.json").write_text(json.dumps(metrics, indent=1) + "\n", encoding="utf-8")
         draw_gantt(fleet.trace, out / "gantt.png")
         draw_top_view(fleet.trace, site_map(fleet.parts.knowledge.snapshot()), out / "top_view.png")
     print(f"trace:    {out / 'trace.jsonl'}")
     print(f"Gantt:    {out / 'gantt.png'}")
     print(f"top view: {out / 'top_view.png'}")
+    print(f"metrics:  {out / 'metrics.json'}")
     if options.store and result.goal and result.status is TaskStatus.COMPLETED:
         store(options, fleet, result.goal)
     match result.status:

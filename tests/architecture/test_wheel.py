@@ -66,4 +66,4 @@ def test_the_demo_runs_outside_the_checkout(installed: Path, tmp_path: Path) -> 
     said = run(installed / "concertmaster", "run", "FindEmptyDrink", "room=tue_lab", "--robots", "2", cwd=tmp_path)
     assert "FindEmptyDrink-1 completed" in said
     made = {file.name for file in (tmp_path / "runs" / "FindEmptyDrink-1").iterdir()}
-    assert made == {"trace.jsonl", "gantt.png", "top_view.png"}
+    assert made == {"trace.jsonl", "metrics.json", "gantt.png", "top_view.png"}

@@ -132,7 +132,7 @@ def test_run_writes_to_the_next_free_folder(
         assert f"trace:    runs/Localize-{number}/trace.jsonl" in out
     for number in (1, 2):
         files = sorted(path.name for path in (tmp_path / "runs" / f"Localize-{number}").iterdir())
-        assert files == ["gantt.png", "top_view.png", "trace.jsonl"]
+        assert files == ["gantt.png", "metrics.json", "top_view.png", "trace.jsonl"]
 
 
 def canceled(events: Sequence[TraceEvent]) -> None:
@@ -158,7 +158,7 @@ def test_an_interrupt_within_a_call_cancels_the_task(
     monkeypatch.setattr(run, "open_fleet", open_with_interrupt)
     assert main(["run", "Localize", "robot=amigo_1", "area=tue_lab", "--out", str(tmp_path)]) == 130
     canceled(list(read_trace(tmp_path / "trace.jsonl")))
-    assert {path.name for path in tmp_path.iterdir()} == {"trace.jsonl", "gantt.png", "top_view.png"}
+    assert {path.name for path in tmp_path.iterdir()} == {"trace.jsonl", "metrics.json", "gantt.png", "top_view.png"}
     assert capsys.readouterr().err == "concertmaster: Localize-1 canceled: canceled by request\n"
 
 
