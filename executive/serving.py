@@ -1,20 +1,28 @@
-"""The simulated fleet of a site behind a rosbridge server, without an executive."""
+"""The simulated fleet of a site behind a rosbridge server, and in ROS 1, without an executive."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import logging
+import threading
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 from executive.errors import BadRequest
-from executive.wiring import simulated
+from executive.wiring import Simulated, simulated
+from grounding.ros1.node import Master, Node
+from grounding.ros1.package import write_package
+from grounding.ros1.services import Services
+from grounding.ros1.wire import Wire
 from grounding.rosbridge.client import service_types
 from grounding.rosbridge.hub import Hub
 from grounding.rosbridge.server import Server, serve
+from grounding.rosbridge.types import ServiceType
 from kb.files import SHIPPED
 from kb.store import KnowledgeBase
 
 _LAST_PORT = 65535
+_MASTER_S = 10.0
 
 
 @contextmanager
@@ -26,17 +34,25 @@ def serve_simulated(
     seed: int | None,
     host: str,
     port: int,
+    master: Master | None = None,
+    package: Path | None = None,
 ) -> Iterator[tuple[Server, tuple[str, ...]]]:
     """Serve the robots of a site over rosbridge, in real time, without an executive.
 
     The types of a service are those of its grounding; what the simulated robots can do beyond what is grounded has
     none, and is not offered.
 
+    Args:
+        master: Of ROS 1; the same services are offered there too.
+        package: Folder into which the types of the services are written as a package of ROS 1.
+
     Yields:
         The server, and the names of the services.
 
     Raises:
-        ConcertmasterError: The site, its ontology, the scenario or the address is not usable.
+        ConcertmasterError: The site, its ontology, the scenario or the address is not usable, or the master is not
+            there.
+        OSError: The package cannot be written.
     """
     if not 0 <= port <= _LAST_PORT:
         raise BadRequest("port", f"port {port} is none; give one from 1 to {_LAST_PORT}, or 0 for any that is free")
@@ -47,8 +63,11 @@ def serve_simulated(
             groundings = [g for g in base.snapshot().groundings.values() if g.on_robot]
         hub = Hub(world.clock)
         services = world.fleet.services()
+        types = service_types(groundings, world.poses, hub.types)
+        if package is not None:
+            write_package(package, types.values(), Wire(hub.types))
         offered: list[str] = []
-        for name, service_type in service_types(groundings, world.poses, hub.types).items():
+        for name, service_type in types.items():
             if name not in services:
                 raise BadRequest("scenario", f"no simulated robot offers service {name}, which is grounded")
             hub.services.offer(name, service_type.name, services[name].handler, services[name].latency_s)
@@ -58,4 +77,27 @@ def serve_simulated(
         except OSError as error:
             told = error.strerror or str(error)
             raise BadRequest("port", f"{host}:{port} cannot be listened at: {told}; give another --port") from error
+        if master is not None:
+            open_parts.enter_context(_in_ros_1(master, Wire(hub.types), server, world, types))
         yield server, tuple(sorted(offered))
+
+
+@contextmanager
+def _in_ros_1(
+    master: Master, wire: Wire, server: Server, world: Simulated, types: Mapping[str, ServiceType]
+) -> Iterator[None]:
+    """Offer services of the simulated robots in ROS 1, on the thread of the server."""
+    node = Node(master, complain=logging.getLogger(__name__).warning)
+    offers = Services(node, wire, server.post, world.clock)
+    services, there = world.fleet.services(), threading.Event()
+    for name, service_type in types.items():
+        offers.offer(name, service_type, services[name].handler, services[name].latency_s)
+    node.do(there.set)
+    node.open()
+    try:
+        if not there.wait(_MASTER_S):
+            raise BadRequest("ros1", f"{node.problem}; start one with `rosmaster --core` or `roscore`")
+        yield
+    finally:
+        offers.close()
+        node.close()

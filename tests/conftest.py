@@ -9,11 +9,16 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Generator, Iterator
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from grounding.ros1.installed import ros
+from kb.errors import DependencyMissing
+from tests.contracts.ros_master import RosMaster
 
 SHARED_VARIABLE = "CONCERTMASTER_SHARED"
 SWIPL_TIMEOUT_S = 120.0
@@ -117,6 +122,20 @@ def golden(request: pytest.FixtureRequest) -> Golden:
             pytest.fail(f"{lines}\n(`pytest --update-golden` rewrites the file: review it like code)", pytrace=False)
 
     return check
+
+
+# ------------------------------------------------------------------------------------------- ROS 1
+
+
+@pytest.fixture(scope="session")
+def ros_master(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RosMaster]:
+    """The master of this process's ROS 1 node, of which rospy has one for good; for tests marked `ros1`."""
+    folder = tmp_path_factory.mktemp("ros")
+    with RosMaster(folder) as master:
+        os.environ["ROS_HOME"] = str(folder)
+        yield master
+        with suppress(DependencyMissing):
+            ros("rospy").signal_shutdown("the tests are over")
 
 
 # ----------------------------------------------------------- development files outside the repository

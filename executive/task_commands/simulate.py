@@ -1,4 +1,4 @@
-"""`concertmaster simulate`: the simulated fleet of a site behind a rosbridge server."""
+"""`concertmaster simulate`: the simulated fleet of a site behind a rosbridge server, and in ROS 1."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import argparse
 from executive.exit_codes import OK
 from executive.replay import scenario_of
 from executive.serving import serve_simulated
+from grounding.ros1.node import Master
 
 
 def simulate(options: argparse.Namespace) -> int:
@@ -18,10 +19,14 @@ def simulate(options: argparse.Namespace) -> int:
         seed=options.seed,
         host=options.host,
         port=options.port,
+        master=Master(uri=options.ros1) if options.ros1 else None,
+        package=options.srv,
     )
     with served as (server, services):
         for name in services:
             print(name)
+        if options.ros1:
+            print(f"offering them in ROS 1 too, master {options.ros1}")
         print(f"serving at {server.uri} until Ctrl-C", flush=True)
         server.wait()
     return OK

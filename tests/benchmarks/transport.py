@@ -10,10 +10,14 @@ at two drinks.
 
 At last the same with planner and real services: FindEmptyDrink by two simulated robots in another process, which move
 in real time; the cycles between the first and the last one of each robot.
+
+Where ROS 1 is installed, the cycle is measured over it too, with our transport on both sides, beside the time of a call
+of the base as rospy makes it if nothing is said: over a new connection each time.
 """
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 import time
@@ -26,6 +30,10 @@ import numpy as np
 from executive import Fleet, TaskStatus
 from executive.trace import ActionFinished
 from grounding.inprocess import InProcessTransport, Service
+from grounding.ros1.client import Ros1Transport
+from grounding.ros1.installed import ros
+from grounding.ros1.node import Master
+from grounding.ros1.wire import Wire
 from grounding.rosbridge.client import RosbridgeTransport
 from grounding.rosbridge.connection import Endpoint
 from grounding.transport import ServiceCall, ServiceReply, Transport
@@ -33,6 +41,7 @@ from kb.clock import WallClock
 from kb.files import SHIPPED
 from kb.store import KnowledgeBase
 from tests.benchmarks.canned import CAMERA, CYCLE, ROBOTS, Canned, far_end_process
+from tests.benchmarks.canned_ros1 import far_end_in_ros_1
 from tests.benchmarks.decisions import decisions
 from tests.benchmarks.harness import Figure, main
 
@@ -57,6 +66,9 @@ def run(quick: bool) -> Mapping[str, Figure]:
         figures["images_mb_per_s"] = _images_mb_per_s(canned, uri, seconds)
     figures |= _steps(2_000 if quick else 20_000)
     figures["task_hz"] = _task_hz()
+    if shutil.which("rosmaster"):
+        with far_end_in_ros_1() as master:
+            figures |= _ros_1(canned, master, seconds)
     return figures
 
 
@@ -106,6 +118,24 @@ def _images_mb_per_s(canned: Canned, uri: str, seconds: float) -> float:
         begun = time.perf_counter()
         _slowest_hz(canned, clock, {ROBOTS[0]: transport}, (CAMERA,), seconds)
         return (transport.traffic.received_bytes - before) / 1e6 / (time.perf_counter() - begun)
+
+
+def _ros_1(canned: Canned, master: Master, seconds: float) -> Mapping[str, float]:
+    clock, robot = WallClock(), ROBOTS[0]
+    with Ros1Transport(master, clock, services=canned.services, types=canned.types) as transport:
+        assert transport.wait_connected(30.0), transport.problem
+        hz = _slowest_hz(canned, clock, {robot: transport}, CYCLE, seconds)
+        base_hz = _slowest_hz(canned, clock, {robot: transport}, ("Base",), seconds)
+        wire, name = Wire(canned.types), canned.service("Base", robot)
+        service = wire.service_class(canned.services[name])
+        request = wire.encode_fields(canned.services[name].request, canned.request("Base"))
+        call, calls = ros("rospy").ServiceProxy(name, service), 0
+        begun = time.perf_counter()
+        while time.perf_counter() - begun < seconds:
+            call(service._request_class(request))
+            calls += 1
+        one_shot_ms = 1000.0 * (time.perf_counter() - begun) / calls
+    return {"ros1_hz": hz, "ros1_call_ms": 1000.0 / base_hz, "ros1_new_connection_call_ms": one_shot_ms}
 
 
 def _slowest_hz(

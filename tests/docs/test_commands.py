@@ -33,10 +33,15 @@ def moves_robots(block: Block) -> bool:
     return "concertmaster run" in block.text or ".wait()" in block.text
 
 
+def marks_of(page: Path) -> list[pytest.MarkDecorator]:
+    """Those of the test of a page."""
+    blocks = list(blocks_of(page))
+    slow = [pytest.mark.slow] if any(map(moves_robots, blocks)) else []
+    return [*slow, pytest.mark.ros1] if any("grounding.ros1" in block.text for block in blocks) else slow
+
+
 RUNNABLE = [
-    pytest.param(page, id=page_id(page), marks=[pytest.mark.slow] if any(map(moves_robots, blocks_of(page))) else [])
-    for page in PAGES
-    if any(map(is_run, blocks_of(page)))
+    pytest.param(page, id=page_id(page), marks=marks_of(page)) for page in PAGES if any(map(is_run, blocks_of(page)))
 ]
 
 

@@ -73,3 +73,9 @@ def test_a_port_that_cannot_be_is_refused(capsys: pytest.CaptureFixture[str]) ->
     """Before anything is loaded."""
     assert main(["simulate", "--port", "70000"]) == 2
     assert "port 70000 is none" in capsys.readouterr().err
+
+
+def test_an_address_that_is_no_masters_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    """Whether ROS 1 is installed or not."""
+    assert main(["simulate", "--port", "0", "--ros1", "amigo-1"]) == 2
+    assert "'amigo-1' is no address of a master; one is http://amigo-1:11311" in capsys.readouterr().err
