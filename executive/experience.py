@@ -90,7 +90,7 @@ class _Reading:
             case RecoveryChosen():
                 self._recover(event)
             case FactsTold(prop=Property.LOCATED_AT, value=value):
-                self._at[event.subject] = str(value)
+                self._at[event.subject] = "" if value is None else str(value)
             case TaskFinished():
                 self._begun = {key: begun for key, begun in self._begun.items() if key[0] != event.task}
             case _:
@@ -101,7 +101,8 @@ class _Reading:
         recovery = self._recovering.pop(event.number, None)
         if recovery is not None:
             self._count(recovery, event.robot, event.elapsed_s, succeeded=succeeded)
-        if event.outcome not in _NO_TRY and event.planned_s > 0:  # what was given up before it began has no plan
+        given_up = event.outcome == OutcomeStatus.TIMED_OUT and event.elapsed_s == 0  # before it began
+        if event.outcome not in _NO_TRY and not given_up:
             self._count(event.action, event.robot, event.elapsed_s, succeeded=succeeded)
 
     def _recover(self, event: RecoveryChosen) -> None:

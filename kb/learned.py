@@ -13,8 +13,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from rdflib import Literal, URIRef
-
 from kb.editing import write_over
 from kb.files import local_name, read_files
 from kb.ontology import LEARNED
@@ -59,29 +57,6 @@ def main_file(folder: Path, site: str) -> Path:
     """Where to begin to read a site: what was learned, which imports the rest; else the site's own file."""
     learned = learned_file(folder, site)
     return learned if learned.exists() else site_file(folder, site)
-
-
-def read_learned(folder: Path, site: str) -> tuple[Refinement, ...]:
-    """What was learned of a site, by property and subject; nothing if there is no such file.
-
-    Raises:
-        OntologyRejected: The file does not parse, or what it imports is not there.
-    """
-    file = learned_file(folder, site)
-    if not file.exists():
-        return ()
-    graph = read_files(file, folder).files[-1].graph
-    found = []
-    for prop, learned in LEARNED.items():
-        for subject, value in graph.subject_objects(URIRef(CORE + learned)):
-            if isinstance(value, Literal) and isinstance(value.value, float | int):
-                process, robot, place = (
-                    str(graph.value(subject, URIRef(CORE + p)) or "")
-                    for p in (Property.OF_PROCESS, Property.OF_ROBOT, Property.AT_PLACE)
-                )
-                of = process or str(subject)
-                found.append(Refinement(prop=prop, subject=of, value=float(value), source="", robot=robot, place=place))
-    return tuple(sorted(found, key=lambda r: (r.prop, r.subject, r.robot, r.place)))
 
 
 def write_learned(folder: Path, site: str, refinements: Iterable[Refinement]) -> Path:

@@ -14,10 +14,11 @@ What is stated counts as `PRIOR` tries, so that a few measurements change little
 Robots are told apart, and places of a robot, in the same way: what is learned from the tries of the others
 counts as `PRIOR` tries of a robot, and what is learned from its tries elsewhere as those at a place, so that no try
 counts twice. A robot, or a place, gets a number of its own only where the one that holds otherwise is not among
-those that are likely at 95 percent: else it may be chance.
+those that are likely at 99 percent: else it may well be chance, as many robots and places are compared.
 
 Against outliers, the 5 percent longest and the 5 percent shortest (at least one of each) count as the next to
-them: Winsorized means (Dixon 1960). From fewer than `FEWEST` tries nothing is learned.
+them: Winsorized means (Dixon 1960), whose spread is larger by n over those left as they are (Tukey, McLaughlin 1963).
+From fewer than `FEWEST` tries nothing is learned.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ from kb.vocabulary import Kind, Property
 PRIOR = 10.0
 FEWEST = 5
 _TAIL = 0.05
+_UP_TO = 0.995  # low and high leave out half a percent at each end
 _SPREAD = 0.25  # of a stated duration: how far off it is taken to be before anything was measured
 _SHAPE = PRIOR / 2  # of the inverse gamma: the spread is stated as firmly as the mean
 _MS_PER_S = 1000.0
@@ -59,7 +61,7 @@ class Lesson:
         stated: What the files of people say; of a single robot, what is learned of all; of a robot at a place, what
             is learned of the robot.
         learned: What tries and trips say, rounded as it is written.
-        low, high: It is between these with a probability of 95 percent.
+        low, high: It is between these with a probability of 99 percent.
         tries: How many tries or trips it comes from.
         robot: Of a process: the robot that it is about, if it is about one.
         place: Where, if it is about that robot at a place.
@@ -77,7 +79,7 @@ class Lesson:
 
     @property
     def differs(self) -> bool:
-        """Whether it would change a plan; of a single robot or a place, beyond doubt."""
+        """Whether it would change a plan; of a single robot or a place, if it is hardly chance."""
         doubtful = self.robot != "" and self.low <= self.stated <= self.high
         return not doubtful and self.learned != round(self.stated, _DIGITS[self.prop])
 
@@ -88,7 +90,7 @@ class Lesson:
         otherwise = f"of {self.robot}" if self.place else "of all robots" if self.robot else "stated"
         return (
             f"{self.tries} {measured}; {otherwise} {_short(self.stated)}, "
-            f"with 95 percent between {_short(self.low)} and {_short(self.high)}"
+            f"with 99 percent between {_short(self.low)} and {_short(self.high)}"
         )
 
 
@@ -100,23 +102,31 @@ def learn(tries: Sequence[Tries], trips: Sequence[Trip], stated: Ontology) -> li
     """
     lessons: list[Lesson] = []
     for name in sorted({t.process for t in tries}):
-        if name not in stated.kinds:
-            continue  # it was renamed or removed since
         own = [t for t in tries if t.process == name]
         if sum(t.count for t in own) < FEWEST:
             continue
         if stated.is_a(name, Kind.RETRY):
             helps = _odds(name, own, _stated(stated, Property.RECOVERY_ODDS, name, 1.0))
             lessons.append(replace(helps, prop=Property.RECOVERY_ODDS))
+        if not _is_step(name, stated):
             continue
         lessons += _by_robot(_odds(name, own, _stated(stated, Property.SUCCESS_ODDS, name, 1.0)), own, _odds, stated)
         if stated.is_a(name, Kind.ATOMIC_PROCESS):
             of_all = _duration(name, own, _stated(stated, Property.DURATION_S, name, 0.0))
             lessons += _by_robot(of_all, own, _duration, stated)
-    known = [t for t in trips if t.process in stated.kinds and t.robot in stated.kinds]
+    known = [t for t in trips if _travels(t.process, stated) and stated.is_a(t.robot, Kind.ROBOT)]
     if len(known) >= FEWEST:
         lessons += _travel(known, stated)
     return sorted(lessons, key=lambda lesson: (lesson.prop, lesson.subject, lesson.robot, lesson.place))
+
+
+def _is_step(process: str, stated: Ontology) -> bool:
+    """Whether there still is such a process, and as one step: it may have been changed since it was tried."""
+    return stated.is_a(process, Kind.ATOMIC_PROCESS) or _travels(process, stated)
+
+
+def _travels(process: str, stated: Ontology) -> bool:
+    return stated.value(Property.HAS_DURATION_MODEL, process) is not None
 
 
 def _stated(ontology: Ontology, prop: Property, subject: str, otherwise: float) -> float:
@@ -159,7 +169,7 @@ def _odds(name: str, tries: Iterable[Tries], stated: float) -> Lesson:
     for t in tries:
         succeeded, failed = succeeded + t.count * t.succeeded, failed + t.count * (not t.succeeded)
     a, b = PRIOR * stated + succeeded, PRIOR * (1 - stated) + failed
-    low, high = (float(betaincinv(a, b, q)) for q in (0.025, 0.975)) if b > 0 else (1.0, 1.0)
+    low, high = (float(betaincinv(a, b, q)) for q in (1 - _UP_TO, _UP_TO)) if b > 0 else (1.0, 1.0)
     return _lesson(Property.SUCCESS_ODDS, name, stated, a / (a + b), low, high, succeeded + failed)
 
 
@@ -167,11 +177,12 @@ def _duration(name: str, tries: Iterable[Tries], stated: float) -> Lesson:
     took = np.concatenate([np.full(t.count, t.took_ms / _MS_PER_S) for t in tries])
     x = winsorized(took)
     n, mean = len(x), float(x.mean())
+    spread = float(((x - mean) ** 2).sum()) * (n / (n - 2 * _moved(n))) ** 2
     kappa, alpha = PRIOR + n, _SHAPE + n / 2
     learned = (PRIOR * stated + n * mean) / kappa
     beta = _SHAPE * max(_SPREAD * stated, 1 / _MS_PER_S) ** 2
-    beta += float(((x - mean) ** 2).sum()) / 2 + PRIOR * n * (mean - stated) ** 2 / (2 * kappa)
-    off = float(stdtrit(2 * alpha, 0.975)) * math.sqrt(beta / (alpha * kappa))
+    beta += spread / 2 + PRIOR * n * (mean - stated) ** 2 / (2 * kappa)
+    off = float(stdtrit(2 * alpha, _UP_TO)) * math.sqrt(beta / (alpha * kappa))
     return _lesson(Property.DURATION_S, name, stated, learned, learned - off, learned + off, n)
 
 
@@ -190,7 +201,7 @@ def _travel(trips: Sequence[Trip], stated: Ontology) -> list[Lesson]:
     theta, scale = _regression(design, took, prior, firmness)
     fitted = design @ theta
     theta, scale = _regression(design, fitted + winsorized(took - fitted), prior, firmness)
-    off = float(stdtrit(2 * _SHAPE + len(trips), 0.975)) * scale
+    off = float(stdtrit(2 * _SHAPE + len(trips), _UP_TO)) * scale
     lessons = []
     for place, name in enumerate([*robots, *processes]):
         prop = Property.TRAVEL_FACTOR if place < len(robots) else Property.DURATION_S
@@ -212,7 +223,7 @@ def _beside(trip: Trip, seconds: float) -> Tries:
         process=trip.process,
         robot=trip.robot,
         place=trip.place,
-        took_ms=max(0, round(seconds * _MS_PER_S)),
+        took_ms=round(seconds * _MS_PER_S),  # below 0 too, else what scatters would seem to take longer
         succeeded=True,
         count=1,
     )
@@ -233,11 +244,14 @@ def _regression(
 
 def winsorized(x: NDArray[np.float64]) -> NDArray[np.float64]:
     """The same, with the 5 percent largest and smallest, at least one of each, moved to the next to them."""
-    cut = max(1, math.floor(_TAIL * len(x)))
-    if len(x) <= 2 * cut:
-        return x
+    moved = _moved(len(x))
     ordered = np.sort(x)
-    return np.clip(x, ordered[cut], ordered[-1 - cut])
+    return np.clip(x, ordered[moved], ordered[-1 - moved])
+
+
+def _moved(count: int) -> int:
+    """How many of so many count as the next to them, at each end."""
+    return max(1, math.floor(_TAIL * count)) if count > 2 else 0
 
 
 def _lesson(prop: Property, subject: str, stated: float, learned: float, low: float, high: float, tries: int) -> Lesson:

@@ -85,7 +85,8 @@ def retire(folder: Path, site: str, name: str, *, because: str = "", superseded_
     """Have a recipe not chosen any more; it can still be read, and asked for by its name.
 
     Raises:
-        NoSuchRecipe: There is none, it is retired already, or what shall supersede it is no process.
+        NoSuchRecipe: There is none, it is retired already, why is no line of text, or what shall supersede it is no
+            process.
         OntologyRejected: A task type would be left without a recipe, or the files were wrong before.
     """
     ontology = read_site(main_file(folder, site), folder, _ANY_REVISION).ontology
@@ -93,6 +94,8 @@ def retire(folder: Path, site: str, name: str, *, because: str = "", superseded_
     if recipe.retired:
         raise NoSuchRecipe(name, f"is retired already{': ' + recipe.because if recipe.because else ''}")
     processes = {n for k in (Kind.COMPOSITE_PROCESS, Kind.ATOMIC_PROCESS) for n in ontology.individuals(k)}
+    if not because.isprintable():
+        raise NoSuchRecipe(name, f"cannot be retired because {because!r}: give one line that can be printed")
     if superseded_by and (superseded_by == name or superseded_by not in processes):
         raise NoSuchRecipe(name, f"cannot be superseded by {superseded_by}, which is no other process")
     statements = [_statement(Property.RETIRED, "true", sort="boolean")]

@@ -18,8 +18,10 @@ from kb.checking import read_site
 from kb.errors import ConcertmasterError
 from kb.experience import Experience, Tries
 from kb.files import SHIPPED
-from kb.learned import Refinement, forget_learned, learned_file, main_file, read_learned, site_file, write_learned
+from kb.learned import Refinement, forget_learned, learned_file, main_file, site_file, write_learned
+from kb.learned_values import learned_values, one_try
 from kb.ontology import Ontology
+from kb.vocabulary import Property
 
 if TYPE_CHECKING:
     from kb.learning import Lesson
@@ -62,24 +64,22 @@ def _learn(options: argparse.Namespace) -> int:
     tries, trips = experience.tries(site), experience.trips(site)
     print(f"{site}: {experience.traces(site)} traces, {sum(t.count for t in tries)} tries, {len(trips)} trips")
     lessons = [lesson for lesson in learn(tries, trips, stated) if lesson.differs]
-    learned = [_refinement(lesson, stated) for lesson in lessons]
-    before = {_about(r): r.value for r in read_learned(folder, site)}
     rows = [
         (
             *(_of(lesson), str(lesson.prop), f"{lesson.stated:.4g}"),
-            f"{before.get(_about(refinement), lesson.stated):.4g}",
+            f"{_in_use(lesson, used):.4g}",
             *(f"{lesson.learned:.4g}", str(lesson.tries), f"{lesson.low:.4g} .. {lesson.high:.4g}"),
         )
-        for lesson, refinement in zip(lessons, learned, strict=True)
+        for lesson in lessons
     ]
     if rows:
-        _print_table(("of", "property", "otherwise", "in use", "learned", "tries", "95 percent between"), rows)
+        _print_table(("of", "property", "otherwise", "in use", "learned", "tries", "99 percent between"), rows)
     else:
         print("nothing differs from what is stated")
     if options.by:
         _print_table(("process", options.by, "tries", "succeeded", "mean (s)"), _by(options.by, tries))
     if options.accept:
-        _accept(folder, site, learned)
+        _accept(folder, site, [_refinement(lesson, stated) for lesson in lessons])
     return OK
 
 
@@ -100,8 +100,14 @@ def _refinement(lesson: Lesson, stated: Ontology) -> Refinement:
     )
 
 
-def _about(refinement: Refinement) -> tuple[str, ...]:
-    return refinement.prop, refinement.subject, refinement.robot, refinement.place
+def _in_use(lesson: Lesson, used: Ontology) -> float:
+    """What plans are made with now: stated, or learned and accepted before."""
+    if lesson.prop in (Property.TRAVEL_FACTOR, Property.RECOVERY_ODDS):
+        number = used.value(lesson.prop, lesson.subject)
+        return float(number) if isinstance(number, int | float) else 1.0
+    learned = learned_values(used).get((lesson.subject, lesson.robot), []) if lesson.robot else []
+    duration_s, odds = one_try(used, lesson.subject, learned, lesson.place)
+    return duration_s if lesson.prop == Property.DURATION_S else odds
 
 
 def _take_in(trace: Path, site: str, experience: Experience, stated: Ontology, used: Ontology) -> None:

@@ -7,7 +7,6 @@ are all the parts nor, always, in which order: what was taken for granted is in 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -70,16 +69,16 @@ class _Input:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Part:
-    """A step of a recipe: the process, and what is said of it for this step."""
+    """A step of a recipe: the class of actions, and what is said of it for this step. Either makes the process."""
 
     process: Node
-    restrictions: tuple[Restriction, ...]
+    restrictions: tuple[Restriction, ...] = ()
 
 
 class _Recipes:
     def __init__(self, source: Source, draft: Draft) -> None:
         self._source, self._draft = source, draft
-        self._inputs: dict[Node, list[_Input]] = {}
+        self._inputs: dict[_Part, list[_Input]] = {}
         kinds = [c for c in source.of_type(OWL.Class) if isinstance(c, URIRef)]
         self._axioms: dict[Node, tuple[list[Node], list[Restriction]]] = {c: axioms(source, c) for c in kinds}
 
@@ -90,12 +89,13 @@ class _Recipes:
             told = "has no recipe in it: no class with a restriction of subAction or subEvents"
             raise NotImportable(self._source.path, 0, told)
         for recipe in recipes:
-            self._process(recipe, ())
-        actions = len(self._inputs) - len(recipes)
+            self._process(_Part(process=recipe))
+        described = {part.process for part in self._inputs}
+        actions = sum(part.process not in recipes for part in self._inputs)
         told = f"duration_s {DURATION_S:g}, timeout_s {TIMEOUT_S:g} and a robot's service for each of {actions} actions"
         self._source.note(self._source.iri, Fate.ASSUMED, f"{told}; correct them")
         for kind in self._axioms:
-            if kind not in self._inputs and (kind, RDF.type, OWL.Class) in self._source.graph:
+            if kind not in described and (kind, RDF.type, OWL.Class) in self._source.graph:
                 told = "is neither a recipe nor a step of one; what it says of itself is not carried over"
                 if any(self._axioms[kind]):
                     self._source.note(kind, Fate.LEFT_OUT, told)
@@ -103,37 +103,42 @@ class _Recipes:
     def _name(self, node: Node) -> str:
         return self._draft.names.of(str(node), local(str(node)))
 
-    def _process(self, kind: Node, more: Iterable[Restriction]) -> list[_Input]:
+    def _called(self, part: _Part) -> str:
+        said = "".join(f" {r.prop} {r.filler}" for r in part.restrictions)
+        return self._draft.names.of(f"{part.process}{said}", local(str(part.process)))
+
+    def _process(self, part: _Part) -> list[_Input]:
         """Write the process that a class of actions becomes, once; its inputs but for the robot."""
-        if kind in self._inputs:
-            return self._inputs[kind]
-        self._inputs[kind] = []
+        if part in self._inputs:
+            return self._inputs[part]
+        self._inputs[part] = []
+        kind = part.process
         above, said = self._axioms.get(kind, ([], []))
         parts = [self._part(r) for r in said if r.prop in _PARTS]
         if kind not in self._axioms:
             self._source.note(kind, Fate.ASSUMED, "is described nowhere; it became an action without more")
-        name = self._name(kind)
+        name = self._called(part)
         links = [(Property.HAS_INPUT, self._robot(name))]
         values: list[tuple[Property, Literal]] = []
-        rest = [r for r in (*said, *more) if r.prop not in _PARTS and r.prop != _ORDER]
+        rest = [r for r in (*said, *part.restrictions) if r.prop not in _PARTS and r.prop != _ORDER]
         if parts:
-            links.append((Property.COMPOSED_OF, self._body(kind, name, parts, said)))
+            links.append((Property.COMPOSED_OF, self._body(part, name, parts, said)))
             self._tell_rest(kind, rest)
         else:
-            self._inputs[kind] = self._own_inputs(kind, name, rest)
+            self._inputs[part] = self._own_inputs(kind, name, rest)
             values.append((Property.DURATION_S, DURATION_S))
-            self._ground(name, self._inputs[kind])
-        links += [(Property.HAS_INPUT, i.name) for i in self._inputs[kind]]
+            self._ground(name, self._inputs[part])
+        links += [(Property.HAS_INPUT, i.name) for i in self._inputs[part]]
         comments = [f"A kind of {local(str(a))}." for a in above if a != kind]
         comments += [*texts(self._source.values(kind, RDFS.comment)), f"Stands for <{kind}>."]
         labels = list(texts(self._source.values(kind, RDFS.label)))
         which = Kind.COMPOSITE_PROCESS if parts else Kind.ATOMIC_PROCESS
         self._draft.individual(name, which, links, values, comments=comments, label=labels[0] if labels else "")
-        return self._inputs[kind]
+        return self._inputs[part]
 
     def _part(self, restriction: Restriction) -> _Part:
         if isinstance(restriction.filler, URIRef):
-            return _Part(process=restriction.filler, restrictions=())
+            return _Part(process=restriction.filler)
         above, said = axioms(self._source, restriction.filler)
         return _Part(process=above[0] if above else restriction.filler, restrictions=tuple(said))
 
@@ -205,27 +210,31 @@ class _Recipes:
 
     # Recipes
 
-    def _body(self, recipe: Node, name: str, parts: list[_Part], said: list[Restriction]) -> str:
+    def _body(self, recipe: _Part, name: str, parts: list[_Part], said: list[Restriction]) -> str:
         given: dict[str, _Input] = {}
-        steps: dict[Node, str] = {}
+        steps: dict[_Part, str] = {}
         links: dict[str, list[tuple[Property, str]]] = {}
-        for part in parts:
-            inputs = self._process(part.process, part.restrictions)
+        for part in dict.fromkeys(parts):
+            inputs = self._process(part)
             step = self._draft.names.fresh(f"{name}_{local(str(part.process))}")
-            steps[part.process] = step
-            links[step] = [(Property.PERFORMS, self._name(part.process))]
+            steps[part] = step
+            links[step] = [(Property.PERFORMS, self._called(part))]
             links[step] += [
-                (Property.HAS_BINDING, self._binding(step, i, self._lifted(name, given, i))) for i in inputs
+                (Property.HAS_BINDING, self._binding(step, i, self._lifted(recipe.process, name, given, i)))
+                for i in inputs
             ]
         self._inputs[recipe] = list(given.values())
-        layers = self._layers(recipe, steps, said)
+        layers = self._layers(recipe.process, steps, said)
         return self._write(name, layers, links)
 
-    def _lifted(self, name: str, given: dict[str, _Input], wanted: _Input) -> tuple[Property, str]:
+    def _lifted(self, recipe: Node, name: str, given: dict[str, _Input], wanted: _Input) -> tuple[Property, str]:
         """What a step's input is bound to: an individual, or an input of the recipe for all things of that class."""
         if wanted.individual:
             return Property.FROM_INDIVIDUAL, wanted.individual
-        if wanted.kind not in given:
+        if wanted.kind in given:
+            told = f"its steps' inputs of the class {local(wanted.kind)} are taken to be the same one throughout"
+            self._source.note(recipe, Fate.ASSUMED, f"{told}; where they are not, give it another parameter")
+        else:
             taken = {i.parameter for i in given.values()} | {"robot"}
             plain = parameter_name(local(wanted.kind))
             parameter = next(p for p in (plain, *(f"{plain}_{n}" for n in range(2, 1000))) if p not in taken)
@@ -237,7 +246,7 @@ class _Recipes:
         name = self._draft.names.fresh(f"{step}_{to.parameter}")
         return self._draft.individual(name, "Binding", [(Property.TO_PARAMETER, to.name), given])
 
-    def _layers(self, recipe: Node, steps: dict[Node, str], said: list[Restriction]) -> list[list[str]]:
+    def _layers(self, recipe: Node, steps: dict[_Part, str], said: list[Restriction]) -> list[list[str]]:
         """Steps in layers: those of one in any order, one layer after the other."""
         pairs = []
         for constraint in [r.filler for r in said if r.prop == _ORDER]:
@@ -250,7 +259,7 @@ class _Recipes:
             else:
                 pairs.append((ends[0], ends[1]))
         known = self._resolved(recipe, steps, [e for pair in pairs for e in pair if e is not None])
-        before = {(known[a], known[b]) for a, b in pairs if a in known and b in known}
+        before = {(s, t) for a, b in pairs for s in known.get(a, ()) for t in known.get(b, ())}
         if not pairs and len(steps) > 1:
             self._source.note(recipe, Fate.ASSUMED, f"gives no order of its {len(steps)} steps; any order will do")
         arranged = arrange(list(steps.values()), before)
@@ -262,17 +271,20 @@ class _Recipes:
             self._source.note(recipe, Fate.CHANGED, told)
         return arranged.layers
 
-    def _resolved(self, recipe: Node, steps: dict[Node, str], named: list[Node]) -> dict[Node, str]:
-        """The step that each name in an ordering constraint means."""
-        known = {node: steps[node] for node in named if node in steps}
-        strange = [n for n in dict.fromkeys(named) if n not in steps]
-        unordered = [n for n in steps if n not in known]
+    def _resolved(self, recipe: Node, steps: dict[_Part, str], named: list[Node]) -> dict[Node | None, list[str]]:
+        """The steps that each name in an ordering constraint means."""
+        known: dict[Node | None, list[str]] = {}
+        for part, step in steps.items():
+            if part.process in named:
+                known.setdefault(part.process, []).append(step)
+        strange = [n for n in dict.fromkeys(named) if n not in known]
+        unordered = [part for part in steps if part.process not in known]
         for node in strange:
             told = f"its ordering constraints speak of {local(str(node))}, which is no step of it"
             if len(strange) == len(unordered) == 1:
                 meant = unordered[0]
-                known[node] = steps[meant]
-                told = f"{told}; it was taken for {local(str(meant))}, the only step without an order"
+                known[node] = [steps[meant]]
+                told = f"{told}; it was taken for {local(str(meant.process))}, the only step without an order"
                 self._source.note(recipe, Fate.GUESSED, told)
             else:
                 self._source.note(recipe, Fate.LEFT_OUT, f"{told}; these constraints are not kept")

@@ -7,6 +7,7 @@ robot and not to its class, are left out.
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 
@@ -153,11 +154,16 @@ class _Robot:
 
     def _mass_kg(self, link: Node) -> float | None:
         value = self._source.value(link, COMPONENT.mass_value)
-        try:
-            return float(str(value)) if value is not None else None
-        except ValueError:
-            self._source.note(link, Fate.LEFT_OUT, f"its mass {value} is no number")
+        if value is None:
             return None
+        try:
+            mass = float(str(value))
+        except ValueError:
+            mass = math.nan
+        if not 0 <= mass < math.inf:
+            self._source.note(link, Fate.LEFT_OUT, f"its mass {value} is no number of kg from 0")
+            return None
+        return mass
 
     def _called(self, node: Node) -> str:
         return str(self._source.value(node, COMPONENT.urdfName) or local(str(node)))

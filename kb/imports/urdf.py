@@ -39,6 +39,12 @@ _SENSORS = {
     "gps": "SatelliteReceiver",
     "sonar": "Sonar",
 }
+_PARTLY_READ = {
+    "gazebo": "which sensors are in them became what the class has; there is no place for the rest in our model",
+    "origin": "they count for footprint and height; there is no place for where links and joints sit in our model",
+    "inertial": "masses are kept; there is no place for the rest in our model",
+}
+"""What the report says of elements of which something is carried over."""
 _TURNS = {"revolute", "continuous"}
 _SLIDES = {"prismatic"}
 _NEEDS_LIMIT = {"revolute", "prismatic"}
@@ -187,7 +193,7 @@ class _Reader:
                 joint = self._joints[name]
                 if rigid_only and joint.type != "fixed":
                     continue
-                placed[child] = placed[link].moved(*_pose(joint.origin))
+                placed[child] = placed[link].moved(*self._pose("joint", name, joint.origin))
                 todo.append(child)
         return placed
 
@@ -196,7 +202,7 @@ class _Reader:
         for link in self._robot.links:
             for solid in getattr(link, which) if link.name in placed else ():
                 geometry = solid.geometry
-                own = placed[link.name].moved(*_pose(solid.origin))
+                own = placed[link.name].moved(*self._pose("link", link.name, solid.origin))
                 match geometry:
                     case urdf.Box():
                         shapes.append(own.box(self._sizes(link.name, *geometry.size)))
@@ -212,6 +218,13 @@ class _Reader:
                     case _:
                         pass
         return shapes
+
+    def _pose(self, sort: str, name: str, origin: urdf.Pose | None) -> tuple[list[float], list[float]]:
+        """Position (m) and roll, pitch, yaw (rad)."""
+        xyz, rpy = (list((origin and getattr(origin, part)) or [0.0] * 3) for part in ("xyz", "rpy"))
+        if not all(map(math.isfinite, (*xyz, *rpy))):
+            raise self._wrong(sort, name, f"has an origin of xyz {xyz} and rpy {rpy}; they must be numbers")
+        return xyz, rpy
 
     def _sizes(self, link: str, *sizes: float) -> tuple[float, ...]:
         wrong = next((s for s in sizes if not math.isfinite(float(s)) or float(s) < 0), None)
@@ -295,13 +308,5 @@ class _Reader:
         told = "maxVelLin_mps and maxVelAng_radps, which URDF does not say: add them before robots of it drive"
         self._note("link", self._root, Fate.LEFT_OUT, told)
         for tag, count in self._text.others():
-            self._note(
-                "robot", tag, Fate.LEFT_OUT, f"{count} elements <{tag}>: there is no place for them in our model"
-            )
-
-
-def _pose(origin: urdf.Pose | None) -> tuple[list[float], list[float]]:
-    """Position (m) and roll, pitch, yaw (rad)."""
-    if origin is None:
-        return [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
-    return list(origin.xyz or [0.0] * 3), list(origin.rpy or [0.0] * 3)
+            told = _PARTLY_READ.get(tag, "there is no place for them in our model")
+            self._note("robot", tag, Fate.LEFT_OUT, f"{count} elements <{tag}>: {told}")

@@ -12,6 +12,8 @@ from kb.imports.report import NotImportable
 
 _LARGEST_BYTES = 20_000_000
 _NAMED = ("link", "joint")
+_CARRIED_OVER = {"link", "joint", "visual", "collision", "parent", "child", "limit", "mimic"}
+"""Or told of where they are."""
 _XACRO = ("http://www.ros.org/wiki/xacro", "http://wiki.ros.org/xacro", "http://ros.org/wiki/xacro")
 
 
@@ -67,9 +69,10 @@ class Text:
                 yield about.get("reference", ""), sensor.get("type", "unknown")
 
     def others(self) -> list[tuple[str, int]]:
-        """What stands in the robot beside links and joints: tag and how often."""
-        tags = Counter(e.tag for e in self.root)
-        return sorted((t, n) for t, n in tags.items() if t not in ("link", "joint"))
+        """What is not carried over, or not all of it: beside links and joints, and in them; tag and how often."""
+        within = (part for e in self.root if e.tag in _NAMED for part in e)
+        tags = Counter(e.tag for e in (*self.root, *within))
+        return sorted((t, n) for t, n in tags.items() if t not in _CARRIED_OVER)
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         line = self._xml.CurrentLineNumber

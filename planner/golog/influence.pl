@@ -2,9 +2,10 @@
           [ called/3,                   % +Program, +Situation, -Names
             lasting/4,                  % +Condition, +Classes, +Names, +Situation
             independent/2,              % +Program, +Situation
+            moves_others/2,             % +Names, +Situation
             waits/2,                    % +Program, +Situation
-            alike/4,                    % +Program, +Names, +Situation, -Groups
-            grouped/3                   % +Individuals, +Groups, -Groups
+            program_part/4,             % +Program, +Names, +Situation, -Part
+            asks/4                      % +Part, +Situation, ?Property, ?Subject
           ]).
 
 /** <module> What one part of a program may change for another
@@ -12,10 +13,8 @@
 
 :- use_module(library(lists)).
 :- use_module(library(apply)).
-:- use_module(library(ordsets)).
-:- use_module(library(pairs)).
 :- use_module(library(occurs), [sub_term/2]).
-:- use_module(kb_rules(facts), [agent/3, claims/3, definition/4, duration/3, effect/4, kind/3, learned/6, parameter/4, precondition/3, requires/3]).
+:- use_module(kb_rules(facts), [agent/3, claims/3, definition/4, duration/3, effect/4, kind/3, parameter/4, precondition/3]).
 :- use_module(planner_golog(projection)).
 
 %!  called(+Program, +Situation, -Names) is det.
@@ -91,6 +90,9 @@ reads_(holds(Property, Subject, _), Classes, S, Property, X) :- !,
     subject(Subject, Classes, S, X).
 reads_(value(Property, Subject), Classes, S, Property, X) :- !,
     subject(Subject, Classes, S, X).
+reads_(fluent(Property, Subject), Classes, S, Property, X) :- !,    % an argument: data stay where they are
+    names_one(Property, S),
+    subject(Subject, Classes, S, X).
 reads_(foreach(_, _, Vars, C, _, P), Classes, S, Property, X) :- !,
     append(Vars, Classes, Classes1),
     ( reads(C, Classes1, S, Property, X) ; reads(P, Classes1, S, Property, X) ).
@@ -107,6 +109,12 @@ reads_(Term, Classes, S, Property, X) :-
     arg(_, Term, Part),
     reads(Part, Classes, S, Property, X).
 
+%   A process gives Property an individual, or a truth value.
+names_one(Property, S) :-
+    revision(S, Revision),
+    effect(Revision, Head, fluent(Property, _), Value),
+    ( nonvar(Value) -> true ; parameter(Revision, Head, X, _), X == Value ), !.
+
 subject(Subject, Classes, S, X) :-
     (   nonvar(Subject)
     ->  X = Subject
@@ -118,13 +126,13 @@ subject(Subject, Classes, S, X) :-
 
 %!  independent(+Program, +Situation) is semidet.
 %
-%   No step of Program changes a fluent that a condition, a precondition or a travel goal in it asks for,
+%   No step of Program changes a fluent that a condition, a precondition or an argument in it asks for,
 %   nor where a robot is other than its own, and nothing in it has precedence over something else.
 
 independent(P, S) :-
     called(P, S, Names),
     \+ ( program_part(P, Names, S, Part), prioritized(Part) ),
-    \+ ( changes(Names, S, locatedAt, X, false, _), maybe_robot(X, S) ),
+    \+ moves_others(Names, S),
     \+ ( program_part(P, Names, S, Part), asks(Part, S, Property, X),
          changes(Names, S, Property, X, _, _) ).
 
@@ -161,8 +169,14 @@ classes(Revision, Head, Classes) :-
 argument_class(Head, N-Class, V-Class) :-
     arg(N, Head, V).
 
-maybe_robot(X, S) :-
-    ( var(X) -> true ; revision(S, Revision), kind(Revision, X, 'Robot') ).
+%!  moves_others(+Names, +Situation) is semidet.
+%
+%   One of the processes may change where a robot is that does not do it.
+
+moves_others(Names, S) :-
+    revision(S, Revision),
+    kind(Revision, Robot, 'Robot'),
+    changes(Names, S, locatedAt, Robot, false, _), !.
 
 %!  waits(+Program, +Situation) is semidet.
 %
@@ -217,75 +231,3 @@ prioritized(P) :-
     sub_term(T, P),
     nonvar(T),
     ( T = pconc(_) ; T = interrupt(_, _, _, _, _) ; T = deadline(_, _) ), !.
-
-%!  alike(+Program, +Names, +Situation, -Groups) is det.
-%
-%   The robots, in groups of those that neither a class that Program and the processes Names ask for, nor a
-%   condition in them, nor what was learned of them tells apart. One that is named where a robot is still to be picked is like no other:
-%   it may be the one that is picked, and is there all the same.
-
-alike(P, Names, S, Groups) :-
-    revision(S, Revision),
-    findall(R, kind(Revision, R, 'Robot'), Robots0),
-    sort(Robots0, Robots),
-    findall(Property,
-            ( program_part(P, Names, S, Part), asks(Part, S, Property, X), maybe_robot(X, S) ),
-            Properties0),
-    sort(Properties0, Properties),
-    findall(Class, ( program_part(P, Names, S, Part), tells_apart(Part, Class) ; asked_of(Revision, Names, Class) ),
-            Classes0),
-    sort(Classes0, Classes),
-    findall(R, ( program_part(P, Names, S, Part), mentioned(Part, R), memberchk(R, Robots) ), Mentioned),
-    findall(Signature-R,
-            ( member(R, Robots),
-              ( memberchk(R, Mentioned) -> Signature = R ; signature(Revision, Classes, Properties, Names, S, R, Signature) ) ),
-            Pairs0),
-    keysort(Pairs0, Pairs),
-    group_pairs_by_key(Pairs, Keyed),
-    pairs_values(Keyed, Groups0),
-    sort(Groups0, Groups).
-
-%   The classes that a program asks its individuals for.
-tells_apart(Part, Class) :-
-    sub_term(T, Part),
-    nonvar(T),
-    (   T = pick(_, _, _, Class, _)
-    ;   T = is_a(_, Class)
-    ;   ( T = foreach(_, _, Vars, _, _, _) ; T = interrupt(_, _, Vars, _, _) ; T = some(Vars, _) ),
-        member(Typed, Vars), nonvar(Typed), Typed = _-Class
-    ).
-
-mentioned(Part, R) :-
-    (   Part = part(_, Term)
-    ->  true
-    ;   sub_term(Pick, Part), nonvar(Pick), Pick = pick(_, _, _, _, Term)
-    ),
-    sub_term(R, Term),
-    atom(R).
-
-asked_of(Revision, Names, Class) :-
-    member(Name, Names),
-    (   requires(Revision, Name, Class)
-    ;   parameter(Revision, Head, _, Class), functor(Head, Name, _)
-    ).
-
-signature(Revision, Classes, Properties, Names, S, R, signature(Kinds, Values, Learned, Places)) :-
-    findall(Class, ( member(Class, Classes), kind(Revision, R, Class) ), Kinds0),
-    sort(Kinds0, Kinds),
-    findall(P-V, ( member(P, Properties), fluent_value(P, R, V, S) ), Values0),
-    sort(Values0, Values),
-    findall(l(Name, Where, Ms, Odds), ( learned(Revision, Name, R, Where, Ms, Odds), memberchk(Name, Names) ), Learned0),
-    sort(Learned0, Learned),
-    ( memberchk(l(_, at(_), _, _), Learned) -> findall(P, fluent_value(locatedAt, R, P, S), Places) ; Places = [] ).
-
-%!  grouped(+Individuals:ordset, +Groups, -Groups) is det.
-%
-%   Individuals that are in one group stay together; every other is a group of its own.
-
-grouped(Xs, Groups, Grouped) :-
-    findall(Common, ( member(Group, Groups), ord_intersection(Group, Xs, Common), Common \== [] ), Together),
-    append(Together, Robots0),
-    sort(Robots0, Robots),
-    ord_subtract(Xs, Robots, Others),
-    findall([X], member(X, Others), Alone),
-    append(Together, Alone, Grouped).

@@ -32,6 +32,7 @@ or the least that it can be, and the network is a relaxation. planner/network.py
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(conditions)).
 :- use_module(planner_golog(actions)).
+:- use_module(planner_golog(alike)).
 :- use_module(planner_golog(durations)).
 :- use_module(planner_golog(influence)).
 :- use_module(planner_golog(transition)).
@@ -51,13 +52,12 @@ prolog:error_message(no_network(What)) -->
 
 network(P, S, Network) :-
     called(P, S, Names),
+    ( moves_others(Names, S) -> no_network(moves_a_robot) ; true ),
     ( independent(P, S), \+ begins_unseen(Names, S) -> Sure = sure(true) ; Sure = sure(false) ),
     alike(P, Names, S, Groups),
     (   expand(P, in(S, first, Names, Groups, places([], Sure)), Root)
     ->  arg(1, Sure, Exact),
-        robots(S, Robots),
-        limit(S, Team),
-        ahead(S, Travel),
+        robots(S, Robots), limit(S, Team), ahead(S, Travel),
         capacities(S, Capacity),
         Network = network(Root, Robots, Team, Travel, Capacity, Exact)
     ;   Network = none
@@ -161,7 +161,8 @@ expand(foreach(F, Step, Vs, C, Inner, P), In, N) :-
     ;   no_network(for_each)
     ).
 expand(call(Frame, Step, Head0), In, Node) :-
-    In = in(S, _, _, _, _),
+    In = in(S, When, Names, _, _),
+    ( When == first -> true ; lasting(Head0, [], Names, S) -> true ; no_network(argument(Head0)) ),
     bound_head(Head0, S, Head),
     step_id(Frame, Step, Id),
     agents_of(Head, Agents, S),
@@ -192,9 +193,8 @@ expand(scope(Id, Head, P), In, Node) :-
     claims_of(Head, Claims, S),
     ( Claims == [] -> Node = N1 ; Node = claimed(Id, Claims, seq([underway(Id, [], 0, [], []), N1])) ).
 expand(running(Id), in(S, _, _, _, _), underway(Id, Agents, Left, Ends, Claims)) :-
-    running(S, Runs),
+    running(S, Runs), now(S, Now),
     memberchk(run(End, Agents, Id, Head), Runs),
-    now(S, Now),
     Left is max(0, End - Now),
     moved(Head, Agents, S, Ends),
     claims_of(Head, Claims, S).

@@ -19,6 +19,7 @@
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(conditions)).
 :- use_module(planner_golog(actions)).
+:- use_module(planner_golog(alike)).
 :- use_module(planner_golog(durations)).
 :- use_module(planner_golog(horizon)).
 :- use_module(planner_golog(influence)).

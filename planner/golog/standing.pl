@@ -14,6 +14,7 @@ robot is followed through the steps of the process that keeps it, in which it do
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(occurs), [sub_term/2]).
+:- use_module(kb_rules(facts), [takes_place/3]).
 :- use_module(planner_golog(durations)).
 :- use_module(planner_golog(projection)).
 
@@ -60,7 +61,9 @@ takes(Head, Agents, Stated, When, Kept, S, Odds, Milliseconds) :-
     sort(Ways, Different),
     (   Different = [Once-Odds]
     ->  true
-    ;   Agents = [Robot|_],
+    ;   revision(S, Revision),
+        \+ takes_place(Revision, Head, _),          % which of them is to be found out
+        Agents = [Robot|_],
         ( memberchk(Robot-Where, Kept) -> true ; stands_first(When, Robot, S, Where) ),
         Where \== unsure,
         takes_there(Head, Where, Stated, Once-Odds, S)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -22,7 +23,7 @@ from executive.trace import (
     TraceEvent,
     to_json,
 )
-from kb.experience import Tries, Trip
+from kb.experience import Experience, Tries, Trip
 from kb.learned import Refinement, main_file, site_file, write_learned
 from kb.store import Snapshot, load
 from kb.vocabulary import Property
@@ -167,6 +168,16 @@ def test_what_was_not_tried_does_not_count(snapshot: Snapshot) -> None:
     assert gather(events, snapshot.ontology, same_knowledge=True).tries == ()
 
 
+def test_what_is_stated_to_take_no_time_is_learned_of_too(snapshot: Snapshot) -> None:
+    """It was tried all the same, and took its time."""
+    events: list[TraceEvent] = [
+        finished(1.0, "Base(amigo_1)", planned_s=0.0),
+        finished(2.0, "Base(amigo_1)", "TIMED_OUT", elapsed_s=1.0, planned_s=0.0),
+    ]
+    got = gather(events, snapshot.ontology, same_knowledge=True).tries
+    assert [(t.took_ms, t.succeeded) for t in got] == [(20, True), (1000, False)]
+
+
 def test_a_try_is_where_its_robot_is(snapshot: Snapshot) -> None:
     """Where it starts, as the ontology says; nowhere on the way; where it has come to; what it names comes first."""
     arrived = FactsTold(t_s=7.0, task="one", prop="locatedAt", subject="amigo_1", value="at_bar")
@@ -179,6 +190,8 @@ def test_a_try_is_where_its_robot_is(snapshot: Snapshot) -> None:
         arrived,
         finished(8.0, "Kinect(amigo_1)"),
         finished(9.0, 'Path(amigo_1,"at_cabinet")'),
+        FactsTold(t_s=10.0, task="", prop="locatedAt", subject="amigo_1", value=None),
+        finished(11.0, "Laser(amigo_1)"),
     ]
     places = {(t.process, t.place) for t in gather(events, snapshot.ontology, same_knowledge=True).tries}
     assert places == {
@@ -187,6 +200,7 @@ def test_a_try_is_where_its_robot_is(snapshot: Snapshot) -> None:
         ("Base", ""),
         ("Kinect", "at_bar"),
         ("Path", "at_cabinet"),
+        ("Laser", ""),
     }
 
 
@@ -271,6 +285,24 @@ def test_learn_shows_accepts_and_reverts(
     assert "is gone" in capsys.readouterr().out
     assert main(plan) == 0
     assert capsys.readouterr().out == before
+
+
+def test_learn_tells_what_is_in_use(knowledge: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of a robot of which nothing was accepted, that is what is stated; then what was learned of it."""
+    seen = tmp_path / "seen.sqlite"
+    slow, fast = tries("Kinect", 160, count=90), replace(tries("Kinect", 80, count=90), robot="pico_1")
+    Experience(seen).add("one", "tue_lab", [slow, fast], [])
+    learn = ["kb", "learn", "--knowledge", str(knowledge), "--experience", str(seen)]
+    assert main([*learn, "--accept"]) == 0
+    before = capsys.readouterr().out.splitlines()[2:5]
+    assert [line.split("duration_s")[1].split()[:3] for line in before] == [
+        ["0.08", "0.08", "0.118"],
+        ["0.118", "0.08", "0.152"],
+        ["0.118", "0.08", "0.087"],
+    ]
+    assert main(learn) == 0
+    after = capsys.readouterr().out.splitlines()[2:5]
+    assert [line.split("duration_s")[1].split()[1] for line in after] == ["0.118", "0.152", "0.087"]
 
 
 def test_learn_refuses_traces_of_elsewhere(

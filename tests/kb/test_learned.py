@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from kb.compiler import Compiler
-from kb.learned import Refinement, forget_learned, read_learned, write_learned
+from kb.learned import Refinement, forget_learned, write_learned
 from kb.problems import OntologyRejected
 from kb.store import KnowledgeBase
 from kb.terms import render
@@ -42,9 +42,6 @@ def test_learned_values_hold_until_they_are_taken_away(folder: Path) -> None:
     file = write_learned(folder, "tue_lab", LEARNED)
     text = file.read_bytes()
     assert values(folder) == (0.125, 0.9, 1.25)
-    assert [(r.prop, r.subject, r.value) for r in read_learned(folder, "tue_lab")] == sorted(
-        (r.prop, r.subject, r.value) for r in LEARNED
-    )
     assert write_learned(folder, "tue_lab", reversed(LEARNED)).read_bytes() == text
     assert forget_learned(folder, "tue_lab")
     assert not forget_learned(folder, "tue_lab")
@@ -53,14 +50,12 @@ def test_learned_values_hold_until_they_are_taken_away(folder: Path) -> None:
 
 
 def test_what_is_learned_of_a_robot_is_an_individual_of_its_own(folder: Path) -> None:
-    """Everywhere and at a place; it is read as it was written, checked, and compiled to whole facts."""
+    """Everywhere and at a place; it is checked, and compiled to whole facts."""
     robot, place = f"{IRI}tue_lab.owl#pico_1", f"{IRI}tue_lab.owl#at_bar"
     of_robot = Refinement(prop=Property.DURATION_S, subject=KINECT, value=0.25, source="30 tries", robot=robot)
     there = Refinement(prop=Property.SUCCESS_ODDS, subject=KINECT, value=0.5, source="9", robot=robot, place=place)
     way = replace(there, subject=f"{IRI}navigation.owl#Navigate", value=0.8)
     file = write_learned(folder, "tue_lab", [*LEARNED, there, of_robot, way])
-    read = [(r.prop, r.subject, r.robot, r.place, r.value) for r in read_learned(folder, "tue_lab")]
-    assert read == sorted((r.prop, r.subject, r.robot, r.place, r.value) for r in (*LEARNED, there, of_robot, way))
     assert "#Kinect_by_pico_1_at_at_bar" in file.read_text(encoding="utf-8")
     knowledge = KnowledgeBase("tue_lab", folder)
     snapshot = knowledge.snapshot()

@@ -108,6 +108,8 @@ def test_the_last_recipe_of_a_task_stays(seeing: Path) -> None:
         retire(seeing, "tue_lab", "LookTwice")
     with pytest.raises(NoSuchRecipe, match="cannot be superseded by Nothing"):
         retire(seeing, "tue_lab", "LookTwice", superseded_by="Nothing")
+    with pytest.raises(NoSuchRecipe, match="give one line that can be printed"):
+        retire(seeing, "tue_lab", "LookTwice", because="old\x01")
     with pytest.raises(NoSuchRecipe, match="is not known; there is FindEachDrink, LookTwice"):
         restore(seeing, "tue_lab", "LookOnce")
     assert contents(seeing) == before

@@ -3,6 +3,7 @@
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(guide)).
 :- use_module(planner_golog(influence)).
+:- use_module(planner_golog(alike)).
 :- use_module(planner_golog(travel)).
 
 % r1 and r2 are alike; Fill makes full what Use needs; Move moves a robot other than its own.

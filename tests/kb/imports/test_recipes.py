@@ -126,6 +126,41 @@ def test_fillers(tmp_path: Path) -> None:
     assert "bodyPartsUsed hand: what an action needs of a robot" in told(imported, Fate.LEFT_OUT)
 
 
+def test_one_action_in_several_ways(tmp_path: Path) -> None:
+    """Two steps of one class that differ in where to are two processes, in any recipe; what is said twice is one."""
+
+    def go(place: str) -> str:
+        return (
+            f'<rdfs:subClassOf><owl:Restriction><owl:onProperty rdf:resource="{KNOWROB}#subAction"/>'
+            '<owl:someValuesFrom><owl:Class><owl:intersectionOf rdf:parseType="Collection">'
+            '<rdf:Description rdf:about="#Go"/>'
+            f'<owl:Restriction><owl:onProperty rdf:resource="{KNOWROB}#toLocation"/>'
+            f'<owl:hasValue rdf:resource="#{place}"/></owl:Restriction>'
+            "</owl:intersectionOf></owl:Class></owl:someValuesFrom></owl:Restriction></rdfs:subClassOf>"
+        )
+
+    places = "".join(f'<k:Spot rdf:about="#{place}"/>' for place in ("hall", "kitchen"))
+    ways = action("There", go("hall"), go("kitchen"), go("hall")) + action("Back", go("hall"))
+    imported = import_recipes(recipe_file(tmp_path, places + action("Go") + ways), IRI)
+    with loaded(imported, tmp_path / "kb") as snapshot:
+        there, back = definitions(snapshot, "There"), definitions(snapshot, "Back")
+    [hall] = [name for name in ("Go", "Go_2") if f"'{name}'(Robot,hall)" in there]
+    [kitchen] = {"Go", "Go_2"} - {hall}
+    assert there.count("call(") == 2
+    assert f"'{kitchen}'(Robot,kitchen)" in there
+    assert f"'{hall}'(Robot,hall)" in back
+
+
+def test_things_of_one_class_are_taken_to_be_one(tmp_path: Path) -> None:
+    """From a room to a room: the report says that it became the same."""
+    carry = action("Carry", restriction("fromLocation", "Spot"), restriction("toLocation", "Spot"))
+    body = '<owl:Class rdf:ID="Spot"/>' + carry + action("Tidy", restriction("subAction", "Carry"))
+    imported = import_recipes(recipe_file(tmp_path, body), IRI)
+    with loaded(imported, tmp_path / "kb") as snapshot:
+        assert "'Carry'(Robot,Spot,Spot)" in definitions(snapshot, "Tidy")
+    assert "Tidy: its steps' inputs of the class Spot are taken to be the same one" in told(imported, Fate.ASSUMED)
+
+
 def test_no_recipe(tmp_path: Path) -> None:
     """A file of other classes is refused."""
     with pytest.raises(NotImportable, match="has no recipe in it"):

@@ -56,6 +56,16 @@ def test_a_robot_class(tmp_path: Path) -> None:
     assert "hasCapability move_base" in told(imported, Fate.CHANGED)
 
 
+@pytest.mark.parametrize("mass", ["heavy", "nan", "1e999", "-3"])
+def test_a_mass_that_is_none_is_left_out(mass: str, tmp_path: Path) -> None:
+    """The report says so; the rest is there."""
+    file = tmp_path / "tug.owl"
+    file.write_text(ROBOT.replace("40.5", mass), encoding="utf-8")
+    imported = import_srdl(file, IRI)
+    assert f"its mass {mass} is no number of kg from 0" in told(imported, Fate.LEFT_OUT)
+    assert "mass_kg" not in imported.text
+
+
 def test_no_robot(tmp_path: Path) -> None:
     """A file without a robot class is refused."""
     file = tmp_path / "tug.owl"

@@ -73,7 +73,9 @@ def test_a_model(tmp_path: Path) -> None:
     assert "cart.urdf:7 guessed: arm_1: that it has a Arm follows from names alone" in told(model, Fate.GUESSED)
     left_out = told(model, Fate.LEFT_OUT)
     assert "cart.urdf:14 left out: lift: velocity=0" in left_out
-    assert "1 elements <transmission>" in left_out
+    assert "1 elements <transmission>: there is no place" in left_out
+    assert "1 elements <gazebo>: which sensors are in them became what the class has" in left_out
+    assert "2 elements <origin>: they count for footprint and height" in left_out
     assert "nothing tells what it drives with" in left_out
 
 
@@ -134,6 +136,8 @@ LIMIT = '<limit lower="-1.5" upper="2.0" effort="30" velocity="1.2"/>'
             'radius="-1"/></geometry></coll',
             ":6 link plate: has a shape of the size -1",
         ),
+        ('xyz="0 0 0.05"', 'xyz="nan 0 0"', ":6 link plate: has an origin of xyz [nan, 0.0, 0.0]"),
+        ('rpy="0 1.5707963267948966 0"', 'rpy="0 1e999 0"', ":11 joint shoulder: has an origin of xyz"),
         ("<sphere radius=", "<blob radius=", "is no URDF: Invalid geometric tag: blob"),
     ],
 )
