@@ -15,8 +15,9 @@ import numpy as np
 
 from executive.errors import BadRequest
 from executive.live import LiveKnowledge
+from executive.pace import REAL
 from executive.recorder import Recorder
-from executive.shell import REAL, Shell
+from executive.shell import Shell
 from executive.trace import FleetOpened
 from executive.wiring import OF_FAULTS, Given, Parts, allow_files, check_groundings, start_of
 from grounding.compute.settings import ComputeSettings, read_settings

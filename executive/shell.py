@@ -15,6 +15,7 @@ from typing import Any, assert_never
 from executive import events, loop, trace
 from executive.goals import solve_goal
 from executive.metrics import Metrics
+from executive.pace import Pace
 from executive.recorder import Recorder
 from executive.recovering import choose
 from executive.request import TaskRequest
@@ -40,26 +41,6 @@ from planner.explain import Explainer
 from planner.network import Travel
 from planner.plan import EFFORT, Plan
 from planner.planner import Session, TravelTimes
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Pace:
-    """How much time thinking takes beside what the clock sees of it.
-
-    Attributes:
-        planning_s: To make a plan.
-        deciding_s: For each decision of what may start now.
-    """
-
-    planning_s: float
-    deciding_s: float
-
-
-SIMULATED = Pace(planning_s=0.5, deciding_s=0.001)
-"""Simulated time stands still meanwhile. A plan takes about 0.3 s on two slow cores, most of it travel times."""
-
-REAL = Pace(planning_s=0.0, deciding_s=0.0)
-"""A real clock goes on by itself."""
 
 FORECAST_EFFORT = 1.0
 """Budget for planning a task to see what another revision changes for it, in deterministic seconds."""
@@ -434,6 +415,8 @@ class Shell:
             message = self._messages.get(fact.value.place)
             self._messages[Fluent(fact.prop, fact.subject).place] = message
             value: Any = shown(message)
+            if isinstance(message, bool):  # a truth value, unlike other messages, is something to plan with
+                self._knowledge.tell(fact.prop, fact.subject, message, t_s=t_s, source=source)
         else:
             self._knowledge.tell(fact.prop, fact.subject, fact.value, t_s=t_s, source=source)
             value = fact.value

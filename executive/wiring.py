@@ -13,8 +13,9 @@ import numpy as np
 
 from executive.errors import BadRequest
 from executive.live import LiveKnowledge
+from executive.pace import SIMULATED
 from executive.recorder import Recorder
-from executive.shell import SIMULATED, Shell
+from executive.shell import Shell
 from executive.trace import FleetOpened
 from executive.travel import PLACES
 from grounding.compute.registry import is_compute_service, wrong_fields

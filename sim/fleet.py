@@ -192,12 +192,13 @@ class SimFleet:
 
         def answer_load(request: Mapping[str, object]) -> Reply:
             self._check_request(f"/{name}/load", request, {"object": str})
-            self._cargos[name].load(str(request["object"]), [cargo.held for cargo in self._cargos.values()])
+            taken = [cargo.held for cargo in self._cargos.values()]
+            self._cargos[name].load(str(request["object"]), taken, self._clock.now_s)
             return {}
 
         def answer_unload(request: Mapping[str, object]) -> Reply:
             self._check_request(f"/{name}/unload", request, {})
-            self._cargos[name].unload()
+            self._cargos[name].unload(self._clock.now_s)
             return {}
 
         self._bases[name] = base

@@ -15,7 +15,6 @@ from sim.robot import Base
 from sim.world import ObjectModel, Point3, World
 
 REACH_M = 1.5  # from the middle of the robot
-_STANDS_MPS = 0.02  # slower than this, a robot stands
 _ABOVE_TOP_M = 0.02  # so that what rides does not push its robot
 _FIRST_M, _STEP_M = 0.4, 0.05  # where it looks for room to put something down, straight ahead
 _APART_M = 0.02
@@ -51,14 +50,15 @@ class Cargo:
         self._top_m = physics.top_m(base.body)
         self.held: str | None = None
 
-    def load(self, name: str, held_elsewhere: Iterable[str | None]) -> None:
-        """Take an object on.
+    def load(self, name: str, held_elsewhere: Iterable[str | None], t_s: float) -> None:
+        """Take an object on, at the time `t_s`.
 
         Raises:
-            ServiceRefused: The robot drives or holds something, or the object is unknown, taken, or out of reach.
+            ServiceRefused: The robot is told to drive or holds something, or the object is unknown, taken, or out
+                of reach.
         """
         service = f"/{self._robot}/load"
-        self._check_stands(service)
+        self._check_stands(service, t_s)
         if self.held is not None:
             raise ServiceRefused("AlreadyHolding", f"{service}: {self._robot} holds {self.held}; unload it first")
         if name not in self._things:
@@ -74,14 +74,14 @@ class Cargo:
         self.held = name
         self.ride()
 
-    def unload(self) -> None:
-        """Put down what is held, on the first free furniture straight ahead.
+    def unload(self, t_s: float) -> None:
+        """Put down what is held, on the first free furniture straight ahead, at the time `t_s`.
 
         Raises:
-            ServiceRefused: The robot drives, holds nothing, or there is no room within reach.
+            ServiceRefused: The robot is told to drive, holds nothing, or there is no room within reach.
         """
         service = f"/{self._robot}/unload"
-        self._check_stands(service)
+        self._check_stands(service, t_s)
         if self.held is None:
             raise ServiceRefused("NotHolding", f"{service}: {self._robot} holds nothing")
         thing = self._things[self.held]
@@ -107,8 +107,9 @@ class Cargo:
             x, y, _ = self._base.pose
             self._things[self.held].put(self._physics, (x, y, self._top_m + _ABOVE_TOP_M))
 
-    def _check_stands(self, service: str) -> None:
-        if self._base.speed_mps > _STANDS_MPS:
+    def _check_stands(self, service: str, t_s: float) -> None:
+        """Slowing down to a stand takes less time than loading does: that it is told to is enough."""
+        if self._base.is_told_to_drive(t_s):
             raise ServiceRefused("BaseMoves", f"{service}: {self._robot} drives; stop it first")
 
     def _has_room(self, at: tuple[float, float], thing: Thing) -> bool:

@@ -117,10 +117,9 @@ class Base:
         """Where the robot truly is: x, y, yaw in map."""
         return self._pose
 
-    @property
-    def speed_mps(self) -> float:
-        """How fast the robot truly is."""
-        return math.hypot(self._velocity[0], self._velocity[1])
+    def is_told_to_drive(self, t_s: float) -> bool:
+        """Whether a velocity other than zero is in force. One that is told to stop may still be slowing down."""
+        return t_s < self._wanted_until_s and self._wanted != (0.0, 0.0, 0.0)
 
     def command(self, velocity: Twist, t_s: float) -> None:
         """Drive with `velocity` (base_link), cut to the limits of the base, until told otherwise or too long ago.

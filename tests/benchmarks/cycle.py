@@ -19,7 +19,7 @@ from statistics import median
 from typing import Any
 
 from executive import Fleet
-from executive.shell import SIMULATED
+from executive.pace import SIMULATED
 from executive.trace import ActionFinished, ProcessBegun, ProcessEnded
 from grounding.inprocess import Service
 from grounding.runner import compute

@@ -54,8 +54,8 @@ def test_an_unknown_site_names_those_there_are(folder: Path) -> None:
     """A misspelt site is answered with the known ones."""
     with pytest.raises(UnknownSite) as caught:
         KnowledgeBase("tue_lob", folder)
-    assert (caught.value.site, caught.value.known) == ("tue_lob", ["tue_lab"])
-    assert re.search(r"'tue_lob' in .*there is tue_lab", str(caught.value))
+    assert (caught.value.site, caught.value.known) == ("tue_lob", ["tue_lab", "ward"])
+    assert re.search(r"'tue_lob' in .*there is tue_lab, ward", str(caught.value))
 
 
 def test_a_refused_load_changes_nothing(folder: Path, shipped: KnowledgeBase) -> None:

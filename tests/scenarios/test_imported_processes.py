@@ -13,9 +13,10 @@ import pytest
 from executive import Fleet
 from executive.errors import BadRequest
 from executive.events import Requested, TaskStatus
+from executive.pace import SIMULATED
 from executive.recorder import Recorder
 from executive.request import check_request
-from executive.shell import SIMULATED, Shell, TaskResult
+from executive.shell import Shell, TaskResult
 from grounding.errors import GroundingError
 from grounding.inprocess import InProcessTransport, Service
 from grounding.runner import compute_services

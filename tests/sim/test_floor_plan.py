@@ -26,10 +26,11 @@ def _cell(x_m: float, y_m: float) -> tuple[int, int]:
     return int((y_m + 0.5) / 0.05), int((x_m + 0.5) / 0.05)
 
 
-def test_shipped_maps_are_those_of_the_world(tmp_path: Path) -> None:
-    """Drawing the lab again gives the very files of the knowledge base."""
-    shipped = Path(kb.__file__).parent / "ontologies" / "sites" / "tue_lab"
-    drawn = draw_floor_plans(load_world("tue_lab"), tmp_path)
+@pytest.mark.parametrize("site", ["tue_lab", "ward"])
+def test_shipped_maps_are_those_of_the_world(site: str, tmp_path: Path) -> None:
+    """Drawing the rooms again gives the very files of the knowledge base."""
+    shipped = Path(kb.__file__).parent / "ontologies" / "sites" / site
+    drawn = draw_floor_plans(load_world(site), tmp_path)
     assert [file.name for file in drawn] == ["locMap.yaml", "locMap.pgm", "navMap.yaml", "navMap.pgm"]
     for file in drawn:
         assert file.read_bytes() == (shipped / file.name).read_bytes(), f"draw {file.name} again: sim.floor_plan"

@@ -48,8 +48,8 @@ def test_what_a_robot_does_not_load(tue_lab: Callable[..., Lab]) -> None:
     assert _refusal(lab, "/amigo_1/load", thing="drink_1")[0] == "BadRequest"
     lab.drive("amigo_1", -0.3, 0.0, 0.0, seconds=0.3)
     assert _refusal(lab, "/amigo_1/load", object="drink_1")[0] == "BaseMoves"
-    lab.wait(2.0)
-    lab.call("/amigo_1/load", object="drink_1")
+    lab.command("amigo_1", 0.0, 0.0, 0.0)
+    lab.call("/amigo_1/load", object="drink_1")  # it is slowing down to a stand
     assert _refusal(lab, "/amigo_1/load", object="drink_1")[0] == "AlreadyHolding"
     assert _refusal(lab, "/pico_1/load", object="drink_1")[0] == "ObjectNotFound"
     assert _refusal(lab, "/pico_1/unload")[0] == "NotHolding"

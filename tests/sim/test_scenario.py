@@ -29,7 +29,7 @@ believed_at = "at_coffee_table"
 def test_shipped_scenarios_load() -> None:
     """Every shipped scenario is valid and is named after its file."""
     names = builtin_scenarios()
-    assert set(names) == {"tue_lab", "swapped_starts", "both_drinks_west"}
+    assert set(names) == {"tue_lab", "swapped_starts", "both_drinks_west", "ward", "ward_door_shut"}
     assert [load_scenario(name).name for name in names] == list(names)
 
 
