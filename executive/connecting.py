@@ -19,16 +19,16 @@ from executive.pace import REAL
 from executive.recorder import Recorder
 from executive.shell import Shell
 from executive.trace import FleetOpened
-from executive.wiring import OF_FAULTS, Given, Parts, allow_files, check_groundings, start_of
+from executive.wiring import OF_FAULTS, Given, Parts, check_groundings, check_kept, prepare, start_of, user_cache
 from grounding.compute.settings import ComputeSettings, read_settings
 from grounding.faults import FaultyTransport, read_faults
 from grounding.inprocess import InProcessTransport, Service
+from grounding.placed import Placed
 from grounding.rosbridge.client import RosbridgeTransport, service_types
 from grounding.rosbridge.endpoints import Reached, reached
 from grounding.rosbridge.types import Types
 from grounding.runner import ComputeTransport
 from grounding.transport import ServiceCall, ServiceReply, Transport
-from grounding.workers import Placed
 from kb.clock import WallClock
 from kb.errors import ConcertmasterError
 from kb.files import SHIPPED
@@ -70,7 +70,9 @@ def open_connected(given: Given, connect: str | Path) -> Parts:
         poses = {robot: start_of(robot, snapshot) for robot in names}
         robots = ConnectedRobots(snapshot, reached(connect, names, os.environ), clock, seed)
         on_error.callback(robots.close)
-        placed = Placed(settings)
+        check_kept(snapshot, settings, given.compute)
+        placed = Placed(settings, user_cache(os.environ) / "results")
+        on_error.callback(placed.close)
         own = InProcessTransport(clock)
         for name, handler in given.services.items():
             own.offer(name, Service(handler=handler, latency_s=0.0))
@@ -229,7 +231,7 @@ class _ConnectedWorld:
         check_groundings(snapshot, self._offers, self._robots.names)
 
     def adapt(self, snapshot: Snapshot) -> None:
-        allow_files(snapshot, self._placed)
+        prepare(snapshot, self._placed)
 
     def _offers(self, service: str) -> bool:
         return self._robots.offers(service) or self._own.offers(service)

@@ -19,15 +19,15 @@ from executive.shell import Shell
 from executive.trace import FleetOpened
 from executive.travel import PLACES
 from grounding.compute.registry import is_compute_service, wrong_fields
-from grounding.compute.settings import ComputeSettings, read_settings
+from grounding.compute.settings import BadComputeSettings, ComputeSettings, read_settings
 from grounding.errors import GroundingError
 from grounding.faults import FaultyTransport, read_faults
 from grounding.ground import pose_of
 from grounding.inprocess import Handler, InProcessTransport, Service
 from grounding.messages import OccupancyGrid, PoseStamped, is_type, xyyaw
+from grounding.placed import Placed
 from grounding.runner import compute as compute_here
 from grounding.runner import compute_services
-from grounding.workers import Placed
 from kb.clock import Clock, SimClock
 from kb.files import SHIPPED
 from kb.history import Source, SourceKind
@@ -104,7 +104,9 @@ def open_simulated(given: Given, scenario: str | Path | None) -> Parts:
         world = simulated(base, scenario, given.seed)
         on_error.callback(world.fleet.close)
         snapshot, poses, clock, simulation = base.snapshot(), world.poses, world.clock, world.fleet
-        placed = Placed(settings)
+        check_kept(snapshot, settings, given.compute)
+        placed = Placed(settings, user_cache(os.environ) / "results")
+        on_error.callback(placed.close)
         transport = _transport(simulation, snapshot, clock, given.services, placed)
         check_groundings(snapshot, transport.offers, list(poses))
         on_error.pop_all()
@@ -189,17 +191,36 @@ def _transport(
 
 
 def _offer_compute(transport: InProcessTransport, snapshot: Snapshot, clock: SimClock, placed: Placed) -> None:
-    allow_files(snapshot, placed)
+    prepare(snapshot, placed)
     groundings = snapshot.groundings.values()
     durations = {g.service: g.duration_s for g in groundings if not g.on_robot}
     for name, offered in compute_services(clock, durations, placed).items():
         transport.offer(name, offered)
 
 
-def allow_files(snapshot: Snapshot, placed: Placed) -> None:
-    """Let compute services read what is beside the files that knowledge names."""
-    for file in {field.file for g in snapshot.groundings.values() for field in g.request if field.file is not None}:
+def prepare(snapshot: Snapshot, placed: Placed) -> None:
+    """Let compute services read what is beside the files of knowledge, and keep what it says is always the same."""
+    groundings = snapshot.groundings.values()
+    for file in {field.file for g in groundings for field in g.request if field.file is not None}:
         placed.allow(file.parent)
+    placed.may_keep({g.service for g in groundings if g.cacheable and g.deterministic and not g.on_robot})
+
+
+def user_cache(environment: Mapping[str, str]) -> Path:
+    """Where what can be computed again is kept for the user (XDG base directories)."""
+    return Path(environment.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "concertmaster"
+
+
+def check_kept(snapshot: Snapshot, settings: ComputeSettings, file: Path | None) -> None:
+    """Only what is always the same may be kept for later runs.
+
+    Raises:
+        BadComputeSettings: Something else is to be kept.
+    """
+    for service in settings.cache.on_disk:
+        if not any(g.service == service and g.deterministic and not g.on_robot for g in snapshot.groundings.values()):
+            told = f"no process with isDeterministic true is grounded in {service}, so that its replies cannot be kept"
+            raise BadComputeSettings(str(file), "cache.on_disk", told)
 
 
 class SimulatedWorld:

@@ -104,6 +104,7 @@ __all__ = [
     "Twist",
     "TwistWithCovariance",
     "Vector3",
+    "class_of",
     "header",
     "is_type",
     "planar_pose",
@@ -182,6 +183,11 @@ def problem_with(message_type: str, value: object) -> str:
     if type_name(value) != message_type:
         return f"is {type_name(value)}, not {message_type}"
     return _problem_in(value)
+
+
+def class_of(message_type: str) -> type[Any] | None:
+    """The class of the messages of a ROS type, such as `sensor_msgs/msg/LaserScan`; None if there is no such type."""
+    return _typestore().types.get(message_type)
 
 
 def is_type(message_type: str) -> bool:

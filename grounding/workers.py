@@ -11,14 +11,13 @@ import os
 import resource
 from concurrent.futures import CancelledError, Future
 from concurrent.futures import TimeoutError as TimedOut
-from pathlib import Path
 from threading import Lock
 
 from pebble import ProcessExpired, ProcessPool
 
 from grounding.compute.registry import is_compute_service
-from grounding.compute.settings import ComputeSettings, WorkerSettings
-from grounding.runner import Answer, Fields, Here, answer, settle
+from grounding.compute.settings import WorkerSettings
+from grounding.runner import Answer, Fields, answer, settle
 
 _ALWAYS = ("PATH", "HOME", "LANG", "TMPDIR")
 _MB = 1 << 20
@@ -89,49 +88,12 @@ def _answer_of(service: str, timeout_s: float, done: Future[Answer]) -> Answer:
 
 
 def _prepare(memory_mb: int, environment: dict[str, str]) -> None:
-    """In a new worker: take away what is not meant for it."""
-    kept = {name: os.environ[name] for name in _ALWAYS if name in os.environ}
-    os.environ.clear()
-    os.environ.update(kept | environment)
+    leave_only(environment)
     resource.setrlimit(resource.RLIMIT_AS, (memory_mb * _MB, memory_mb * _MB))
 
 
-class Placed:
-    """Services run where the settings of a site say: here, or in workers, which start with the first call to them.
-
-    Wherever they run, they read files of folders that are allowed, and no others.
-    """
-
-    def __init__(self, settings: ComputeSettings) -> None:
-        self._settings = settings
-        self._folders = set[Path]()
-        self._here = Here()
-        self._workers: Workers | None = None
-
-    def allow(self, folder: Path) -> None:
-        """From now on, files in this folder may be read too."""
-        self._folders.add(folder.resolve())
-
-    def submit(self, service: str, fields: Fields, *, t_s: float, timeout_s: float) -> Future[Fields]:
-        for name, value in fields.items():
-            if name.endswith("_file") and not self._may_read(Path(str(value))):
-                folders = ", ".join(str(folder) for folder in sorted(self._folders)) or "no folder"
-                told = f"{service}: {name} {value} is not in {folders}, where files of this site are"
-                refused = Future[Fields]()
-                settle(refused, ("failed", "BadInput", told))
-                return refused
-        match self._settings.places.get(service, "here"):
-            case "workers":
-                if self._workers is None:
-                    self._workers = Workers(self._settings.workers)
-                return self._workers.submit(service, fields, t_s=t_s, timeout_s=timeout_s)
-            case _:
-                return self._here.submit(service, fields, t_s=t_s, timeout_s=timeout_s)
-
-    def close(self) -> None:
-        """End the workers."""
-        if self._workers is not None:
-            self._workers.close()
-
-    def _may_read(self, file: Path) -> bool:
-        return any(file.resolve().is_relative_to(folder) for folder in self._folders)
+def leave_only(environment: dict[str, str]) -> None:
+    """In a new worker: take away the variables that are not meant for it."""
+    kept = {name: os.environ[name] for name in _ALWAYS if name in os.environ}
+    os.environ.clear()
+    os.environ.update(kept | environment)

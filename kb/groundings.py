@@ -37,6 +37,8 @@ class Grounding:
         service: Name of the service; `{robot}` stands for the robot's name.
         on_robot: Whether the robot offers it; else it is a compute service.
         duration_s: How long it is expected to take.
+        deterministic: Whether equal requests have equal replies, but for stamps.
+        cacheable: Whether an earlier reply to an equal request may stand in for a call.
     """
 
     name: str
@@ -47,6 +49,8 @@ class Grounding:
     duration_s: float
     request: tuple[Field, ...]
     reply: tuple[Field, ...]
+    deterministic: bool = False
+    cacheable: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,6 +91,8 @@ def read_groundings(ontology: Ontology, processes: dict[str, Process], site_fold
                 duration_s=_number(ontology, Property.DURATION_S, process),
                 request=_fields(ontology, Property.HAS_REQUEST_FIELD, name, site_folder),
                 reply=_fields(ontology, Property.HAS_REPLY_FIELD, name, site_folder),
+                deterministic=ontology.value(Property.IS_DETERMINISTIC, process) is True,
+                cacheable=ontology.value(Property.IS_CACHEABLE, name) is True,
             )
     return groundings
 

@@ -128,6 +128,8 @@ class Property(StrEnum):
     FILE_NAME = "fileName"
     KIND_OF = "kindOf"
     IS_OPTIONAL = "isOptional"
+    IS_CACHEABLE = "isCacheable"
+    IS_DETERMINISTIC = "isDeterministic"
     EXPECTED_FAILURE = "expectedFailure"
     FAILURE_CODE = "failureCode"
     RECOVERED_BY = "recoveredBy"

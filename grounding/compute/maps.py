@@ -73,6 +73,15 @@ def read_grid(map_file: pathlib.Path) -> Grid:
     return _grid(map_file, text, image_file, _bytes_of(image_file, map_file, "image"))
 
 
+def image_of(map_file: pathlib.Path) -> pathlib.Path:
+    """The picture of a map.
+
+    Raises:
+        MapFileError: The map file is missing or malformed.
+    """
+    return map_file.parent / _image_name(map_file, _bytes_of(map_file, map_file, "file"))
+
+
 def _bytes_of(file: pathlib.Path, map_file: pathlib.Path, field: str) -> bytes:
     try:
         return file.read_bytes()

@@ -9,15 +9,17 @@ in any process.
 
 from __future__ import annotations
 
+import hashlib
 import inspect
 from collections.abc import Callable, Mapping, Set
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint, entry_points, version
+from pathlib import Path
 from typing import TypeAlias
 
 from grounding.compute.detection import detection
 from grounding.compute.localization import pose
-from grounding.compute.maps import loc_map, nav_map
+from grounding.compute.maps import image_of, loc_map, nav_map
 from grounding.compute.path import path
 from grounding.compute.travel import travel
 from grounding.compute.values import compare, copy
@@ -87,6 +89,35 @@ def wrong_fields(service: str, names: Set[str]) -> str:
     if names == takes:
         return ""
     return f"{service} takes the fields {', '.join(sorted(takes))}; given: {', '.join(sorted(names)) or 'none'}"
+
+
+def files_read(service: str, file: Path) -> list[Path]:
+    """The files that a service reads when it is given one: that, and the pictures of our maps."""
+    return [file, image_of(file)] if service in _READ_MAPS else [file]
+
+
+def code_of(service: str) -> str:
+    """What the reply to a request depends on beside the request: a digest of the code that computes it.
+
+    That is the package, in its version, in which the function is written, and the versions of numpy and scipy.
+
+    Raises:
+        ServiceFailed: There is no such service.
+        BadComputeService: A package offers something else under this name.
+        TypeError: It is not written in Python.
+    """
+    function = function_of(service)
+    digest = hashlib.sha256(f"numpy {version('numpy')} scipy {version('scipy')}".encode())
+    if service not in _OURS and (package := _installed()[service].dist) is not None:
+        digest.update(f"{package.name} {package.version}".encode())
+    source = Path(inspect.getfile(function))
+    in_package = "." in function.__module__
+    for file in sorted(source.parent.rglob("*.py")) if in_package else [source]:
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+_READ_MAPS = {"/compute/loc_map", "/compute/nav_map", "/compute/travel"}
 
 
 @cache

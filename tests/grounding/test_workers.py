@@ -6,14 +6,16 @@ import os
 import sys
 from collections.abc import Iterator
 from concurrent.futures import Future
+from pathlib import Path
 
 import pytest
 
 from grounding.compute import registry
 from grounding.compute.settings import ComputeSettings, WorkerSettings
 from grounding.messages import OccupancyGrid
+from grounding.placed import Placed
 from grounding.runner import Fields, Here, Runner
-from grounding.workers import Placed, Workers
+from grounding.workers import Workers
 from kb.errors import ServiceFailed
 from kb.files import SHIPPED
 
@@ -159,9 +161,9 @@ def test_a_worker_sees_what_is_meant_for_it(workers: Workers, monkeypatch: pytes
 
 @pytest.mark.parametrize("file", ["/etc/passwd", str(_SITE / ".." / "objects.owl"), "navMap.yaml"])
 @pytest.mark.parametrize("place", ["here", "workers"])
-def test_files_of_others_are_refused(package: None, file: str, place: str) -> None:
+def test_files_of_others_are_refused(package: None, tmp_path: Path, file: str, place: str) -> None:
     """Also where the way to them begins in the site's folder, and wherever the service runs."""
-    placed = Placed(ComputeSettings(places={"/compute/nav_map": place}))
+    placed = Placed(ComputeSettings(places={"/compute/nav_map": place}), tmp_path)
     placed.allow(_SITE)
     code, told = _failure(_submit(placed, "nav_map", map_file=file, radius_m=0.35))
     assert (code, f"is not in {_SITE}, where files of this site are" in told) == ("BadInput", True)
@@ -188,9 +190,9 @@ def test_closing_ends_what_runs(package: None) -> None:
     assert _failure(hanging) == ("WorkerDied", "/compute/hang was stopped: the workers are closed")
 
 
-def test_services_run_where_the_settings_say(package: None) -> None:
+def test_services_run_where_the_settings_say(package: None, tmp_path: Path) -> None:
     """One here, one in a worker, which is not started before it is needed."""
-    placed = Placed(ComputeSettings(places={"/compute/see": "workers"}))
+    placed = Placed(ComputeSettings(places={"/compute/see": "workers"}), tmp_path)
     assert _submit(placed, "double", number=2.0).result()["process"] == os.getpid()
     assert _submit(placed, "see", variable="MAP_TOKEN").result(timeout=120.0) == {"value": ""}
     placed.close()
