@@ -1,4 +1,4 @@
-"""Puts the parts together of a fleet that is elsewhere: robots behind rosbridge servers, in real time.
+"""Puts the parts together of a fleet that is elsewhere: robots behind rosbridge servers, or in ROS 1, in real time.
 
 What a robot does is called over its connection; what is computed runs here. Planning and deciding take the time that
 they take.
@@ -24,6 +24,8 @@ from grounding.compute.settings import ComputeSettings, read_settings
 from grounding.faults import FaultyTransport, read_faults
 from grounding.inprocess import InProcessTransport, Service
 from grounding.placed import Placed
+from grounding.ros1.client import Ros1Transport
+from grounding.ros1.node import Master
 from grounding.rosbridge.client import RosbridgeTransport, service_types
 from grounding.rosbridge.endpoints import Reached, reached
 from grounding.rosbridge.types import Types
@@ -50,8 +52,8 @@ def open_connected(given: Given, connect: str | Path) -> Parts:
     """Load the knowledge of a site and connect to its robots.
 
     Args:
-        connect: Where they are: the address of a rosbridge server that has them all, or a file (see
-            grounding/rosbridge/endpoints.py).
+        connect: Where they are: the address of a rosbridge server that has them all (`ws://`, `wss://`), that of the
+            master of ROS 1 (`http://`), or a file (see grounding/rosbridge/endpoints.py).
 
     Raises:
         NotConnected: A robot does not answer.
@@ -68,7 +70,7 @@ def open_connected(given: Given, connect: str | Path) -> Parts:
         snapshot = base.snapshot()
         names = snapshot.ontology.individuals(Kind.ROBOT)
         poses = {robot: start_of(robot, snapshot) for robot in names}
-        robots = ConnectedRobots(snapshot, reached(connect, names, os.environ), clock, seed)
+        robots = ConnectedRobots(snapshot, _where(connect, names), clock, seed)
         on_error.callback(robots.close)
         check_kept(snapshot, settings, given.compute)
         placed = Placed(settings, user_cache(os.environ) / "results")
@@ -105,28 +107,34 @@ def open_connected(given: Given, connect: str | Path) -> Parts:
 
 
 _Fields = tuple[tuple[str, str], ...]
+_Place = Reached | Master
+_Connection = RosbridgeTransport | Ros1Transport
+
+
+def _where(connect: str | Path, robots: list[str]) -> Mapping[str, _Place]:
+    if isinstance(connect, str) and connect.startswith("http://"):
+        return dict.fromkeys(robots, Master(uri=connect))
+    return reached(connect, robots, os.environ)
 
 
 class ConnectedRobots:
     """The connections to all robots; those at one address share one."""
 
-    def __init__(self, snapshot: Snapshot, where: Mapping[str, Reached], clock: WallClock, seed: int) -> None:
+    def __init__(self, snapshot: Snapshot, where: Mapping[str, _Place], clock: WallClock, seed: int) -> None:
         self._clock = clock
         self._where = dict(where)
         self._fields = _fields_of_services(snapshot, self.names)
-        self._by_service: dict[str, RosbridgeTransport] = {}
-        self._connections: dict[Reached, RosbridgeTransport] = {}
-        self._offered: dict[RosbridgeTransport, frozenset[str] | None] = {}
+        self._by_service: dict[str, _Connection] = {}
+        self._connections: dict[_Place, _Connection] = {}
+        self._offered: dict[_Connection, frozenset[str] | None] = {}
         types, groundings = Types(), [g for g in snapshot.groundings.values() if g.on_robot]
         for number, one in enumerate(dict.fromkeys(self._where.values())):
             services = service_types(groundings, self._at(one), types)
-            self._connections[one] = RosbridgeTransport(
-                one.endpoint,
-                clock,
-                services=services,
-                types=types,
-                binary=one.binary,
-                rng=np.random.default_rng([seed, _OF_DELAYS, number]),
+            rng = np.random.default_rng([seed, _OF_DELAYS, number])
+            self._connections[one] = (
+                Ros1Transport(one, clock, services=services, types=types)
+                if isinstance(one, Master)
+                else RosbridgeTransport(one.endpoint, clock, services=services, types=types, binary=one.binary, rng=rng)
             )
             self._by_service |= dict.fromkeys(services, self._connections[one])
 
@@ -145,8 +153,9 @@ class ConnectedRobots:
             transport.open()
         for one, transport in self._connections.items():
             if not transport.wait_connected(_PATIENCE_S):
-                told = f"{' and '.join(self._at(one))} cannot be reached at {one.endpoint.uri}: {transport.problem}"
-                raise NotConnected(f"{told}; is a rosbridge server running there?")
+                uri, what = (one.uri, "master") if isinstance(one, Master) else (one.endpoint.uri, "rosbridge server")
+                told = f"{' and '.join(self._at(one))} cannot be reached at {uri}: {transport.problem}"
+                raise NotConnected(f"{told}; is a {what} running there?")
             self._offered[transport] = self._ask(transport)
 
     def of(self, service: str) -> Transport | None:
@@ -181,10 +190,10 @@ class ConnectedRobots:
         for transport in self._connections.values():
             transport.close()
 
-    def _at(self, one: Reached) -> list[str]:
+    def _at(self, one: _Place) -> list[str]:
         return [robot for robot in self.names if self._where[robot] == one]
 
-    def _ask(self, transport: RosbridgeTransport) -> frozenset[str] | None:
+    def _ask(self, transport: _Connection) -> frozenset[str] | None:
         """The names of all services at the far end; None if it does not tell, as it runs no rosapi."""
         found: list[frozenset[str] | None] = []
         transport.services(lambda names: found.append(None if names is None else frozenset(names)))

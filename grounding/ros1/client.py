@@ -18,7 +18,7 @@ where a service has to be looked up: connections that exist go on without it.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import TracebackType
 
 from grounding.actions import Goal
@@ -74,13 +74,17 @@ class Ros1Transport:
         self._stop_listening: dict[str, Callback] = {}
 
     def __enter__(self) -> Ros1Transport:
-        self._node.open()
+        self.open()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def open(self) -> None:
+        """Begin to look for the master."""
+        self._node.open()
 
     def close(self) -> None:
         """End all connections and registrations; the node itself stays.
@@ -195,18 +199,30 @@ class Ros1Transport:
         Args:
             told: For each call by its id whether its service is offered; None where that could not be learned.
         """
-        asked, stop_listening = tuple(calls), self._clock.listen()
+        asked = tuple(calls)
+
+        def answered(offered: Sequence[str] | None) -> None:
+            told({call.id: None if offered is None else call.service in offered for call in asked})
+
+        self.services(answered)
+
+    def services(self, told: Callable[[Sequence[str] | None], None]) -> None:
+        """Ask the master what services there are.
+
+        Args:
+            told: Their full names; None where that could not be learned.
+        """
+        stop_listening = self._clock.listen()
 
         def ask() -> None:
             try:
-                offered: frozenset[str] | None = self._node.offered()
+                offered: Sequence[str] | None = sorted(self._node.offered())
             except (OSError, MasterRefuses):
                 offered = None
-            found = {call.id: None if offered is None else call.service in offered for call in asked}
-            self._clock.post(lambda: answer(found))
+            self._clock.post(lambda: answer(offered))
 
-        def answer(found: Mapping[int, bool | None]) -> None:
+        def answer(offered: Sequence[str] | None) -> None:
             stop_listening()
-            told(found)
+            told(offered)
 
-        threading.Thread(target=ask, name="ros1 reconcile", daemon=True).start()
+        threading.Thread(target=ask, name="ros1 services", daemon=True).start()

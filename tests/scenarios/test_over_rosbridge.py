@@ -6,7 +6,7 @@ import math
 import re
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -35,10 +35,10 @@ def port() -> Iterator[int]:
 
 
 @contextmanager
-def served() -> Iterator[int]:
+def served(*options: str, environment: Mapping[str, str] | None = None) -> Iterator[int]:
     """The simulated robots of the lab, where they start; their port."""
-    command = [sys.executable, "-m", "executive.cli", "simulate", "--port", "0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+    command = [sys.executable, "-m", "executive.cli", "simulate", "--port", "0", *options]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as server:
         try:
             assert server.stdout is not None
             told = next(line for line in server.stdout if line.startswith("serving at "))

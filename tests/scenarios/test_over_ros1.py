@@ -1,0 +1,39 @@
+"""The executive and robots in another process, over ROS 1, in real time."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from executive import Fleet
+from executive.trace import PlanMade
+from grounding.errors import GroundingError
+from tests.contracts.ros_master import RosMaster
+from tests.scenarios.conftest import Edit
+from tests.scenarios.test_over_rosbridge import LASER, SAME_PLACE_M, both_found, found, served
+
+pytestmark = pytest.mark.ros1
+
+
+def test_a_task_is_the_same_over_ros_1(ros_master: RosMaster) -> None:
+    """Assignment, actions and what is found; only times differ."""
+    with Fleet.open("tue_lab") as fleet:
+        there, trace = both_found(fleet)
+    robots = served("--ros1", ros_master.uri, environment=ros_master.environment)
+    with robots, Fleet.open("tue_lab", connect=ros_master.uri) as fleet:
+        remote, remote_trace = both_found(fleet)
+    assert found(remote_trace) == found(trace)
+    plan, remote_plan = (next(e for e in events if isinstance(e, PlanMade)) for events in (trace, remote_trace))
+    assert [step[:2] for step in remote_plan.steps] == [step[:2] for step in plan.steps]
+    for drink, position in there.outputs["position"].items():
+        other = remote.outputs["position"][drink].point
+        assert math.dist((position.point.x, position.point.y), (other.x, other.y)) < SAME_PLACE_M
+
+
+def test_a_service_that_no_robot_offers_is_told_at_once(ros_master: RosMaster, knowledge: Path, edit: Edit) -> None:
+    """Before anything moves, as the master tells what there is."""
+    edit(knowledge / LASER, "/{robot}/laser<", "/{robot}/lidar<")
+    with pytest.raises(GroundingError, match="offers no service /amigo_1/"):
+        Fleet.open("tue_lab", connect=ros_master.uri, knowledge=knowledge)
