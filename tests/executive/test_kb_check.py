@@ -48,7 +48,7 @@ def test_all_sites_are_checked(knowledge: Path, capsys: pytest.CaptureFixture[st
     """A line for each that is right; what files that both import have wrong is told once."""
     second_site(knowledge)
     assert checked("--all-sites", "--knowledge", str(knowledge)) == 0
-    assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()] == ["annex", "tue_lab"]
+    assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()] == ["annex", "tue_lab", "ward"]
     renamed(NAVIGATION, "Laser", ">0.008<", ">-1.0<")(knowledge)
     assert checked("--all-sites", "--knowledge", str(knowledge)) == 2
     assert capsys.readouterr().err.count("KB163") == 1

@@ -108,6 +108,7 @@ def test_where_nobody_can_open_it_they_go_around(knowledge: Path, edit: Edit) ->
         assert plan.makespan_s > free.makespan_s
 
 
+@pytest.mark.slow
 def test_a_door_that_is_shut_unknown_to_all_is_driven_around() -> None:
     """The laser sees the leaf, and the way is found anew through the passage: later than planned, but served."""
     with Fleet.open("ward", scenario="ward_door_shut") as fleet:

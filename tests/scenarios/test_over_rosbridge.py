@@ -95,6 +95,7 @@ def test_a_task_is_the_same_over_rosbridge(tmp_path: Path) -> None:
     assert (opened.connect, opened.scenario, opened.seed) == (str(file), "", 3)
 
 
+@pytest.mark.slow
 def test_the_work_of_a_robot_whose_connection_breaks_is_taken_over(tmp_path: Path) -> None:
     """What was under way counts as lost, and the reason is told; the other robot does the rest."""
     with served() as port, Relay(port) as relay:
