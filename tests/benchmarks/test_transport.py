@@ -12,8 +12,6 @@ from tests.benchmarks.transport import run
 from tests.kb.conftest import ask
 
 
-# A service proxy of rospy for single calls leaves the socket by which it has asked the master to the collector.
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.slow
 def test_the_quick_benchmark_runs() -> None:
     """Every call over every transport is answered as it should be, or it would end with an error."""
