@@ -19,7 +19,7 @@ from executive.pace import REAL
 from executive.recorder import Recorder
 from executive.shell import Shell
 from executive.trace import FleetOpened
-from executive.wiring import OF_FAULTS, Given, Parts, check_groundings, check_kept, prepare, start_of, user_cache
+from executive.wiring import OF_FAULTS, Given, Parts, check_groundings, check_kept, prepare, start_of
 from grounding.compute.settings import ComputeSettings, read_settings
 from grounding.faults import FaultyTransport, read_faults
 from grounding.inprocess import InProcessTransport, Service
@@ -36,6 +36,7 @@ from kb.errors import ConcertmasterError
 from kb.files import SHIPPED
 from kb.store import KnowledgeBase, Snapshot
 from kb.terms import Fluent
+from kb.user_folders import cache_folder
 from kb.vocabulary import Kind, Property
 
 _PATIENCE_S = 10.0
@@ -73,7 +74,7 @@ def open_connected(given: Given, connect: str | Path) -> Parts:
         robots = ConnectedRobots(snapshot, _where(connect, names), clock, seed)
         on_error.callback(robots.close)
         check_kept(snapshot, settings, given.compute)
-        placed = Placed(settings, user_cache(os.environ) / "results")
+        placed = Placed(settings, cache_folder(os.environ) / "results")
         on_error.callback(placed.close)
         own = InProcessTransport(clock)
         for name, handler in given.services.items():

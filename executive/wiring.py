@@ -33,6 +33,7 @@ from kb.files import SHIPPED
 from kb.history import Source, SourceKind
 from kb.store import KnowledgeBase, Snapshot
 from kb.terms import Fluent
+from kb.user_folders import cache_folder
 from kb.vocabulary import Kind, Property
 from sim.fleet import SimFleet
 from sim.scenario import Scenario, builtin_scenarios, load_scenario
@@ -105,7 +106,7 @@ def open_simulated(given: Given, scenario: str | Path | None) -> Parts:
         on_error.callback(world.fleet.close)
         snapshot, poses, clock, simulation = base.snapshot(), world.poses, world.clock, world.fleet
         check_kept(snapshot, settings, given.compute)
-        placed = Placed(settings, user_cache(os.environ) / "results")
+        placed = Placed(settings, cache_folder(os.environ) / "results")
         on_error.callback(placed.close)
         transport = _transport(simulation, snapshot, clock, given.services, placed)
         check_groundings(snapshot, transport.offers, list(poses))
@@ -204,11 +205,6 @@ def prepare(snapshot: Snapshot, placed: Placed) -> None:
     for file in {field.file for g in groundings for field in g.request if field.file is not None}:
         placed.allow(file.parent)
     placed.may_keep({g.service for g in groundings if g.cacheable and g.deterministic and not g.on_robot})
-
-
-def user_cache(environment: Mapping[str, str]) -> Path:
-    """Where what can be computed again is kept for the user (XDG base directories)."""
-    return Path(environment.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "concertmaster"
 
 
 def check_kept(snapshot: Snapshot, settings: ComputeSettings, file: Path | None) -> None:

@@ -33,6 +33,7 @@ from kb.errors import InternalError, KnowledgeError
 from kb.files import OntologyFile, OntologyFiles
 from kb.problems import OntologyRejected
 from kb.profile import contradiction, empty_class, outside_profile
+from kb.user_folders import cache_folder
 
 TIME_LIMIT_S = 60.0
 MEMORY_LIMIT_MB = 1000
@@ -80,7 +81,7 @@ def classify(files: OntologyFiles) -> Classification:
 
 def begin_to_classify(files: OntologyFiles) -> Callable[[], Classification]:
     """The same while the caller does something else: call what this returns to wait for the answer."""
-    cache = _cache_folder() / f"classification-{_CACHE_FORMAT}-{files.digest}.json"
+    cache = cache_folder(os.environ) / f"classification-{_CACHE_FORMAT}-{files.digest}.json"
     kept = _kept(cache)
     if kept is not None:
         return lambda: _classification(files, kept)
@@ -272,11 +273,6 @@ def _owlready2() -> Path:
 
 
 # --------------------------------------------------------------------------------------- the cache
-
-
-def _cache_folder() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "concertmaster"
 
 
 def _kept(path: Path) -> dict[str, Any] | None:

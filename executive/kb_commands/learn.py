@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import os
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from executive.errors import BadRequest
 from executive.exit_codes import OK, complain
 from executive.experience import gather
-from executive.kb_commands.options import add_site, data_folder
+from executive.kb_commands.options import add_site
 from executive.trace import FleetOpened, read_trace
 from kb.checking import read_site
 from kb.errors import ConcertmasterError
@@ -21,6 +22,7 @@ from kb.files import SHIPPED
 from kb.learned import Refinement, forget_learned, learned_file, main_file, site_file, write_learned
 from kb.learned_values import learned_values, one_try
 from kb.ontology import Ontology
+from kb.user_folders import data_folder
 from kb.vocabulary import Property
 
 if TYPE_CHECKING:
@@ -58,7 +60,7 @@ def _learn(options: argparse.Namespace) -> int:
         )
     stated = read_site(site_file(folder, site), folder, _ANY_REVISION).ontology
     used = read_site(main_file(folder, site), folder, _ANY_REVISION).ontology
-    experience = Experience(options.experience or data_folder() / "experience.sqlite")
+    experience = Experience(options.experience or data_folder(os.environ) / "experience.sqlite")
     for trace in options.traces:
         _take_in(trace, site, experience, stated, used)
     tries, trips = experience.tries(site), experience.trips(site)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 from pathlib import Path
 
 from kb.files import SHIPPED
@@ -15,9 +14,3 @@ def add_site(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--knowledge", type=Path, default=SHIPPED, help="folder of ontologies (default: the shipped one)"
     )
-
-
-def data_folder() -> Path:
-    """Where what a user gathers is kept, unless they tell another place: as the XDG base directories say."""
-    base = os.environ.get("XDG_DATA_HOME")
-    return (Path(base) if base else Path.home() / ".local" / "share") / "concertmaster"

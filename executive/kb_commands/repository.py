@@ -12,12 +12,12 @@ from typing import Any
 
 from executive.errors import BadRequest
 from executive.exit_codes import OK
-from executive.kb_commands.options import data_folder
 from kb.clock import utc_now
 from kb.files import SHIPPED
 from kb.repository.access import Role, User
 from kb.repository.items import Description, Item, ItemKind
 from kb.repository.repository import OWNER, Repository
+from kb.user_folders import data_folder
 
 
 def add_repository(commands: argparse._SubParsersAction[Any]) -> None:
@@ -89,7 +89,7 @@ def _command(does: argparse._SubParsersAction[Any], name: str, told: str, run: o
 
 
 def _open(options: argparse.Namespace) -> tuple[Repository, User]:
-    repository = Repository(options.repository or data_folder() / "repository", utc_now)
+    repository = Repository(options.repository or data_folder(os.environ) / "repository", utc_now)
     if options.user is None:
         return repository, OWNER
     token = os.environ.get("CONCERTMASTER_TOKEN")
