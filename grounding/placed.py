@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Set
 from concurrent.futures import Future
+from contextlib import ExitStack
 from pathlib import Path
 
 from grounding.caching import CacheCount, Caching
@@ -33,11 +34,10 @@ class Placed:
         """
         self._folders = set[Path]()
         self._places = _Places(settings)
-        try:
+        with ExitStack() as on_error:
+            on_error.callback(self._places.close)
             self._caching = Caching(self._places, settings.cache, cache_folder)
-        except BaseException:
-            self._places.close()
-            raise
+            on_error.pop_all()
 
     def allow(self, folder: Path) -> None:
         """From now on, files in this folder may be read too."""
