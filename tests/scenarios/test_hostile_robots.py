@@ -108,7 +108,6 @@ def test_a_scan_without_directions_cannot_be_used(between: Hostile, fleet: Fleet
 
 def test_a_flood_ends_the_connection_and_not_the_executive(between: Hostile, fleet: Fleet) -> None:
     """A reply far above what a message may have: the connection is lost, and why is told."""
-
     flood = " " * 65_000_000
     between.spoil = spoiled(lambda told: [json.dumps(told) + flood])
     result, [only] = localized(fleet)
