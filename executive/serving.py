@@ -14,6 +14,7 @@ from grounding.ros1.node import Master, Node
 from grounding.ros1.package import write_package
 from grounding.ros1.services import Services
 from grounding.ros1.wire import Wire
+from grounding.rosbridge.access import Access
 from grounding.rosbridge.client import service_types
 from grounding.rosbridge.hub import Hub
 from grounding.rosbridge.server import Server, serve
@@ -36,6 +37,7 @@ def serve_simulated(
     port: int,
     master: Master | None = None,
     package: Path | None = None,
+    access: Access | None = None,
 ) -> Iterator[tuple[Server, tuple[str, ...]]]:
     """Serve the robots of a site over rosbridge, in real time, without an executive.
 
@@ -44,6 +46,7 @@ def serve_simulated(
 
     Args:
         master: Of ROS 1; the same services are offered there too.
+        access: Who may connect and do what; anybody and everything if None.
         package: Folder into which the types of the services are written as a package of ROS 1.
 
     Yields:
@@ -56,12 +59,13 @@ def serve_simulated(
     """
     if not 0 <= port <= _LAST_PORT:
         raise BadRequest("port", f"port {port} is none; give one from 1 to {_LAST_PORT}, or 0 for any that is free")
+    allowed = access or Access()
     with ExitStack() as open_parts:
         with closing(KnowledgeBase(site, Path(knowledge or SHIPPED))) as base:
             world = simulated(base, scenario, seed)
             open_parts.callback(world.fleet.close)
             groundings = [g for g in base.snapshot().groundings.values() if g.on_robot]
-        hub = Hub(world.clock)
+        hub = Hub(world.clock, policy=allowed.policy)
         services = world.fleet.services()
         types = service_types(groundings, world.poses, hub.types)
         if package is not None:
@@ -73,7 +77,9 @@ def serve_simulated(
             hub.services.offer(name, service_type.name, services[name].handler, services[name].latency_s)
             offered.append(name)
         try:
-            server = open_parts.enter_context(serve(hub, world.clock, host=host, port=port))
+            server = open_parts.enter_context(
+                serve(hub, world.clock, host=host, port=port, tls=allowed.tls, max_sessions=allowed.clients)
+            )
         except OSError as error:
             told = error.strerror or str(error)
             raise BadRequest("port", f"{host}:{port} cannot be listened at: {told}; give another --port") from error

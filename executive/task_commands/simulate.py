@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import os
 
 from executive.exit_codes import OK
 from executive.replay import scenario_of
 from executive.serving import serve_simulated
 from grounding.ros1.node import Master
+from grounding.rosbridge.access import read_access
 
 
 def simulate(options: argparse.Namespace) -> int:
@@ -21,6 +23,7 @@ def simulate(options: argparse.Namespace) -> int:
         port=options.port,
         master=Master(uri=options.ros1) if options.ros1 else None,
         package=options.srv,
+        access=read_access(options.access, os.environ) if options.access else None,
     )
     with served as (server, services):
         for name in services:

@@ -21,6 +21,9 @@ RUN_ELSEWHERE = {
 }
 """First words of the commands that are not run here, and why."""
 
+MANY_COMMANDS = 7
+"""A command takes about 3 s, most of it to read the knowledge base; the test of a page with more is slow."""
+
 
 def is_run(block: Block) -> bool:
     """Whether a block has something to do."""
@@ -36,7 +39,8 @@ def moves_robots(block: Block) -> bool:
 def marks_of(page: Path) -> list[pytest.MarkDecorator]:
     """Those of the test of a page."""
     blocks = list(blocks_of(page))
-    slow = [pytest.mark.slow] if any(map(moves_robots, blocks)) else []
+    commands = [command for block in blocks for command in commands_of(block)]
+    slow = [pytest.mark.slow] if any(map(moves_robots, blocks)) or len(commands) > MANY_COMMANDS else []
     return [*slow, pytest.mark.ros1] if any("grounding.ros1" in block.text for block in blocks) else slow
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import socket
 import subprocess
 import sys
-from contextlib import closing
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,14 +23,48 @@ from grounding.transport import ServiceCall, ServiceReply
 from kb.clock import WallClock
 from kb.files import SHIPPED
 from kb.store import KnowledgeBase
+from tests.grounding.rosbridge.certificates import self_signed
 
 _TIMEOUT_S = 60.0
 
 
 def test_a_client_with_the_same_knowledge_drives_the_fleet_until_it_is_interrupted() -> None:
     """The laser of a robot answers with what its grounding says; Ctrl-C ends the server as it ends every command."""
-    command = [sys.executable, "-m", "executive.cli", "simulate", "--port", "0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
+    with _simulated() as (server, services, uri):
+        assert {"/amigo_1/laser", "/pico_1/base"} <= set(services)
+        assert services == sorted(services)
+        assert isinstance(_reply(Endpoint(uri=uri)).fields["scan"], LaserScan)
+        server.send_signal(signal.SIGINT)
+        rest, errors = server.communicate(timeout=_TIMEOUT_S)
+        assert (server.returncode, rest, errors) == (130, "", "concertmaster: interrupted\n")
+
+
+def test_who_has_no_token_gets_no_scan(tmp_path: Path) -> None:
+    """With a file that says who may do what, over TLS: who is told to calls, who is not is told so."""
+    certificate_file, key_file = self_signed(tmp_path)
+    access = tmp_path / "access.toml"
+    access.write_text(
+        f'[roles.executive]\ntoken_variable = "TOKEN"\ncall = ["*"]\n'
+        f'[tls]\ncertificate_file = "{certificate_file.name}"\nkey_file = "{key_file.name}"\n'
+    )
+    with _simulated("--access", str(access), variables={"TOKEN": "hush"}) as (_, _, uri):
+        assert uri.startswith("wss://")
+        refused = _reply(Endpoint(uri=uri, ca_file=certificate_file))
+        assert (refused.failure, "say first who you are" in refused.reason) == ("NotAllowed", True)
+        allowed = _reply(Endpoint(uri=uri, ca_file=certificate_file, token="hush"))
+        assert isinstance(allowed.fields["scan"], LaserScan)
+
+
+@contextmanager
+def _simulated(
+    *options: str, variables: Mapping[str, str] | None = None
+) -> Iterator[tuple[subprocess.Popen[str], list[str], str]]:
+    """A server with these options: its process, the services that it tells of, and its address."""
+    command = [sys.executable, "-m", "executive.cli", "simulate", "--port", "0", *options]
+    environment = os.environ | (variables or {})
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+    ) as server:
         try:
             assert server.stdout is not None
             lines = []
@@ -36,27 +73,23 @@ def test_a_client_with_the_same_knowledge_drives_the_fleet_until_it_is_interrupt
                 if line.startswith("serving at "):
                     break
             *services, told = lines
-            assert {"/amigo_1/laser", "/pico_1/base"} <= set(services)
-            assert services == sorted(services)
-            assert isinstance(_scan(told.split()[2]), LaserScan)
-            server.send_signal(signal.SIGINT)
-            rest, errors = server.communicate(timeout=_TIMEOUT_S)
-            assert (server.returncode, rest, errors) == (130, "", "concertmaster: interrupted\n")
+            yield server, services, told.split()[2]
         finally:
             server.kill()
 
 
-def _scan(uri: str) -> object:
+def _reply(endpoint: Endpoint) -> ServiceReply:
+    """What the laser of amigo_1 says."""
     types, clock = Types(), WallClock()
     with closing(KnowledgeBase("tue_lab", SHIPPED)) as base:
         services = service_types(base.snapshot().groundings.values(), ["amigo_1"], types)
     rng = np.random.default_rng(0)
-    with RosbridgeTransport(Endpoint(uri=uri), clock, services=services, types=types, binary=True, rng=rng) as robots:
+    with RosbridgeTransport(endpoint, clock, services=services, types=types, binary=True, rng=rng) as robots:
         assert robots.wait_connected(_TIMEOUT_S), robots.problem
         replies: list[ServiceReply] = []
         robots.call(ServiceCall(id=1, service="/amigo_1/laser", fields={}, timeout_s=_TIMEOUT_S), replies.append)
         clock.run_until(lambda: bool(replies))
-        return replies[0].fields["scan"]
+        return replies[0]
 
 
 def test_an_address_that_is_taken_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

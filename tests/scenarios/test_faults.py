@@ -47,6 +47,7 @@ def test_a_broken_robot_is_made_up_for_by_the_other() -> None:
         assert not [process for process in begun if process.startswith("SearchDrink")]  # not before there is a plan
 
 
+@pytest.mark.slow
 def test_a_place_that_stays_taken_is_given_up_after_the_grace_time() -> None:
     """Amigo stays where its camera failed, so Pico cannot get there: the task ends, saying that it took too long."""
     with Fleet.open("tue_lab") as fleet:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from executive import Fleet, TaskResult, TaskStatus
 from executive.replay import first_difference
 from executive.trace import ActionFinished, FleetOpened, RecoveryChosen, Replanned, TraceEvent
@@ -50,6 +52,7 @@ def test_a_camera_that_fails_once_is_tried_again(tmp_path: Path) -> None:
     assert first_difference(trace, SHIPPED) == ""
 
 
+@pytest.mark.slow
 def test_a_camera_that_fails_again_and_again_is_given_up(tmp_path: Path) -> None:
     """As often as the ontology allows it is tried again, and then another robot goes; each decision tells why."""
     faults = tmp_path / "camera.toml"
@@ -74,6 +77,7 @@ def test_late_and_repeated_replies_do_no_harm(tmp_path: Path) -> None:
     assert len(numbers) == len(set(numbers)), "each action ends once"
 
 
+@pytest.mark.slow
 def test_where_services_run_makes_no_difference(tmp_path: Path) -> None:
     """Path and Detection in workers: the same trace, but for the file that says so."""
     compute = tmp_path / "compute.toml"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import queue
 import socket
 import ssl
-import subprocess
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
@@ -21,6 +20,7 @@ from websockets.sync.server import Server, ServerConnection, serve
 from websockets.utils import accept_key
 
 from grounding.rosbridge.connection import BadEndpoint, Connection, Endpoint, Frame, NotSent, TooMuch
+from tests.grounding.rosbridge.certificates import self_signed
 
 WAIT_S = 20.0
 
@@ -276,24 +276,9 @@ def test_the_token_goes_with_the_handshake(told: Told) -> None:
             assert told.downs.get(timeout=WAIT_S).endswith("the server answers HTTP 401 Unauthorized")
 
 
-def certificate(folder: Path) -> tuple[Path, Path]:
-    """A certificate for localhost that nobody else has signed, and its key."""
-    certificate_file, key_file = folder / "certificate.pem", folder / "key.pem"
-    subprocess.run(
-        [
-            *("openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost"),
-            *("-addext", "subjectAltName=DNS:localhost", "-keyout", str(key_file), "-out", str(certificate_file)),
-        ],
-        check=True,
-        capture_output=True,
-        timeout=WAIT_S,
-    )
-    return certificate_file, key_file
-
-
 def test_tls_trusts_what_it_is_told_to_and_nothing_else(told: Told, tmp_path: Path) -> None:
     """A certificate that is not trusted is told as such."""
-    certificate_file, key_file = certificate(tmp_path)
+    certificate_file, key_file = self_signed(tmp_path)
     tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     tls.load_cert_chain(certificate_file, key_file)
     with serving(echo, tls=tls) as server:

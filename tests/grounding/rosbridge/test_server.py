@@ -6,7 +6,6 @@ import dataclasses
 import hashlib
 import json
 import ssl
-import subprocess
 import urllib.request
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
@@ -28,6 +27,7 @@ from grounding.rosbridge.server import Server, serve
 from grounding.rosbridge.types import Types
 from grounding.rosbridge.values import default
 from kb.clock import SimClock
+from tests.grounding.rosbridge.certificates import self_signed
 
 WAIT_S = 20.0
 
@@ -109,15 +109,7 @@ def test_a_token_gives_a_role_and_a_wrong_one_is_turned_away(types: Types) -> No
 
 def test_tls(types: Types, tmp_path: Path) -> None:
     """With a certificate it speaks wss."""
-    certificate_file, key_file = tmp_path / "certificate.pem", tmp_path / "key.pem"
-    subprocess.run(
-        [
-            *("openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost"),
-            *("-addext", "subjectAltName=IP:127.0.0.1", "-keyout", str(key_file), "-out", str(certificate_file)),
-        ],
-        check=True,
-        capture_output=True,
-    )
+    certificate_file, key_file = self_signed(tmp_path)
     tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     tls.load_cert_chain(certificate_file, key_file)
     trusting = ssl.create_default_context(cafile=certificate_file)
