@@ -7,7 +7,7 @@ they take.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -226,8 +226,15 @@ class _Routed:
         self._robots, self._own, self._computed = robots, own, computed
 
     def call(self, call: ServiceCall, deliver: Callable[[ServiceReply], None]) -> None:
+        self._of(call).call(call, deliver)
+
+    def reconcile(self, calls: Iterable[ServiceCall], told: Callable[[Mapping[int, bool | None]], None]) -> None:
+        for call in calls:
+            self._of(call).reconcile([call], told)
+
+    def _of(self, call: ServiceCall) -> Transport:
         own = self._own if self._own.offers(call.service) else self._computed
-        (self._robots.of(call.service) or own).call(call, deliver)
+        return self._robots.of(call.service) or own
 
 
 class _ConnectedWorld:

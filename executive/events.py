@@ -10,6 +10,7 @@ from typing import TypeAlias
 from executive.request import TaskRequest
 from executive.trace import TraceEvent
 from grounding.outcome import Outcome
+from kb.history import SourceKind
 from kb.terms import Action, Value
 from planner.classical_goal import GoalPlan
 from planner.plan import Plan
@@ -150,11 +151,12 @@ class FailureWasReported:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FactWasTold:
-    """A person tells of a change in the world that no action has made."""
+    """A change in the world that no action has made: a person tells of it, or it shows in a connection."""
 
     prop: str
     subject: str
     value: str | int | float | bool
+    source: SourceKind = SourceKind.PERSON
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -317,15 +319,15 @@ class Tell:
     """Tell the knowledge base a fact.
 
     Attributes:
-        task: Whose effect it is; empty if a person tells it.
-        source: The action or process whose effect it is; None if a person tells it.
+        task: Whose effect it is; empty if it is no effect.
+        source: The action or process whose effect it is, or who else tells it.
     """
 
     task: str
     prop: str
     subject: str
     value: Value
-    source: Action | None = None
+    source: Action | SourceKind
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -61,7 +61,9 @@ from executive.events import (
 from executive.state import Running, State, Step, Task, let_go, with_task
 from grounding.outcome import Outcome, OutcomeStatus
 from kb.errors import InternalError
+from kb.history import SourceKind
 from kb.terms import Action
+from kb.vocabulary import Property
 from planner.planner import Abandoned, Begun, Ended, Started, StepEvent, Told
 
 
@@ -93,9 +95,7 @@ def step(state: State, event: Event, now_s: float) -> Step:
         case FailureWasReported():
             return _plan_without(state, event, now_s)
         case FactWasTold():
-            told = Tell(task="", prop=event.prop, subject=event.subject, value=event.value)
-            underway = [t.name for t in state.tasks.values() if t.status is TaskStatus.UNDERWAY]
-            return state, [told, *(ReportChange(task=name, change=event) for name in underway)]
+            return state, _told(state, event)
         case KnowledgeWasProposed(knowledge=new):
             changes = [*new.changes, *(f"{task} would be refused: {why}" for task, why in new.unfit.items())]
             proposed = trace.KnowledgeProposed(
@@ -111,6 +111,13 @@ def step(state: State, event: Event, now_s: float) -> Step:
             return _finish(state, task, TaskStatus.CANCELED, "canceled by request", now_s)
         case _:
             assert_never(event)
+
+
+def _told(state: State, fact: FactWasTold, besides: str = "") -> list[Command]:
+    """A fact for the knowledge base and the tasks that are underway, but for one that sees to it itself."""
+    underway = [t.name for t in state.tasks.values() if t.status is TaskStatus.UNDERWAY and t.name != besides]
+    told = Tell(task="", prop=fact.prop, subject=fact.subject, value=fact.value, source=fact.source)
+    return [told, *(ReportChange(task=name, change=fact) for name in underway)]
 
 
 def _if_alive(state: State, task: str, commands: list[Command]) -> Step:
@@ -177,6 +184,8 @@ def _take_plan(state: State, event: PlanWasMade, now_s: float) -> Step:
     if task is None:
         return state, []
     task = replace(task, awaited_plans=task.awaited_plans - 1)
+    if task.awaited_plans > 0:  # something has happened since: the plan for that is still to come
+        return with_task(state, task), []
     if plan.solved:
         steps = [(str(s.action), s.action.robot or "", s.start_s, s.end_s) for s in plan.steps]
         made = trace.PlanMade(
@@ -194,8 +203,6 @@ def _take_plan(state: State, event: PlanWasMade, now_s: float) -> Step:
         robots = frozenset(robot for s in plan.steps for robot in s.action.robots)
         planned = replace(task, limits_s=event.limits_s, robots=robots)
         return with_task(state, planned), [Record(event=made), AskActions(task=task.name)]
-    if task.awaited_plans > 0:  # something has happened since: the plan for that is still to come
-        return with_task(state, task), []
     reason = "; ".join([*([task.trouble] if task.trouble else []), plan.reason, *event.lacking])
     failed = trace.PlanFailed(t_s=now_s, task=task.name, status=plan.status, reason=reason)
     begun = bool(task.trouble or task.robots)
@@ -261,7 +268,8 @@ def _take_progress(state: State, name: str, happened: StepEvent, source: Action 
                 state = with_task(state, replace(task, deadlines=deadlines))
             return state, [Record(event=ended)]
         case Told():
-            told = Tell(task=name, prop=happened.prop, subject=happened.subject, value=happened.value, source=source)
+            by = source or SourceKind.PERSON
+            told = Tell(task=name, prop=happened.prop, subject=happened.subject, value=happened.value, source=by)
             return state, [told]
         case Started(action=action):
             return _start_action(state, task, action, now_s)
@@ -333,7 +341,11 @@ def _take_outcome(state: State, event: OutcomeArrived, now_s: float) -> Step:
     task = task.with_trouble(f"{action} {outcome.status}: {outcome.failure}, {outcome.reason}")
     state, number = _leased(with_task(state, task), task, action)  # nobody else takes its robots meanwhile
     choose = ChooseRecovery(number=number, task=task.name, action=action, outcome=outcome, tried=tried)
-    return state, [Record(event=finished), choose]
+    lost: list[Command] = []
+    if outcome.status is OutcomeStatus.LOST and action.robot:
+        gone = FactWasTold(prop=Property.IS_REACHABLE, subject=action.robot, value=False, source=SourceKind.CONNECTION)
+        lost = _told(state, gone, besides=task.name)  # this one's plan is made without the robot, or waits for it
+    return state, [Record(event=finished), *lost, choose]
 
 
 def _recover(state: State, event: RecoveryWasChosen, now_s: float) -> Step:

@@ -66,10 +66,14 @@ def choose(
     """
     recoveries = Recoveries(snapshot.ontology)
     failure = recoveries.failure_class(asked.outcome.failure)
-    ways = [way for way in recoveries.retries(failure) if asked.tried.get(way.name, 0) < way.attempts]
+    lost = asked.outcome.status is OutcomeStatus.LOST
+    ways = [
+        way
+        for way in recoveries.retries(failure)
+        if asked.tried.get(way.name, 0) < way.attempts and (way.pause_s or not lost)  # only time brings a robot back
+    ]
     decision = Decision(retry=None, reason="nothing is known to help but to plan without what has failed")
-    may_help = asked.outcome.status is not OutcomeStatus.LOST and asked.outcome.failure not in _FUTILE
-    foreseen = bool(ways) and may_help and session.may_go_on(asked.action)
+    foreseen = bool(ways) and asked.outcome.failure not in _FUTILE and session.may_go_on(asked.action)
     if foreseen:
         decision = decide(
             ways,

@@ -16,6 +16,7 @@ from executive import events, loop, trace
 from executive.goals import solve_goal
 from executive.metrics import Metrics
 from executive.pace import Pace
+from executive.presence import Presence
 from executive.recorder import Recorder
 from executive.recovering import choose
 from executive.request import TaskRequest
@@ -26,7 +27,7 @@ from executive.travel import travel_times
 from grounding.errors import GroundingError
 from grounding.ground import ground
 from grounding.messages import PoseStamped
-from grounding.outcome import Outcome, interpret, refused, timed_out
+from grounding.outcome import Outcome, OutcomeStatus, interpret, refused, timed_out
 from grounding.transport import ServiceReply, Transport
 from kb.clock import Clock
 from kb.difference import concerned
@@ -91,6 +92,7 @@ class Shell:
         self._sessions: dict[str, Session] = {}
         self._plans: dict[str, Plan] = {}
         self._messages: dict[str, object] = {}
+        self._presence = Presence(transport, clock, self._welcome)
 
     def post(self, event: events.Event) -> None:
         """Take an event in, and carry out all that it leads to now."""
@@ -352,6 +354,8 @@ class Shell:
         def came(outcome: Outcome, reply: Mapping[str, object]) -> None:
             if number in self._state.running:  # else it is late
                 self.metrics.note(call, action.robot or "", outcome, reply)
+            if outcome.status is OutcomeStatus.LOST and action.robot:
+                self._presence.lose(action.robot, call)
             ended(outcome)
 
         def deliver(reply: ServiceReply) -> None:
@@ -371,6 +375,11 @@ class Shell:
         )
         self._transport.call(call, deliver)
         forget_timeout = self.clock.call_at(called_s + call.timeout_s, lambda: came(timed_out(call), {}))
+
+    def _welcome(self, robot: str) -> None:
+        """A robot whose connection was lost answers again."""
+        back = events.FactWasTold(prop=Property.IS_REACHABLE, subject=robot, value=True, source=SourceKind.CONNECTION)
+        self.post(back)
 
     def _keep(self, action: Action, outcome: Outcome) -> None:
         for name, value in outcome.outputs.items():
@@ -407,8 +416,8 @@ class Shell:
 
     def _tell(self, fact: events.Tell) -> None:
         t_s, by = self.clock.now_s, fact.source
-        if by is None:
-            source = Source(kind=SourceKind.PERSON)
+        if isinstance(by, SourceKind):
+            source = Source(kind=by)
         else:
             source = Source(kind=SourceKind.ACTION, task=fact.task, action=str(by), robot=by.robot or "")
         if isinstance(fact.value, Data | Fluent):

@@ -7,15 +7,19 @@ from typing import Any
 
 from grounding.messages import PointStamped, PoseStamped, xyyaw
 from kb.store import Snapshot
+from kb.vocabulary import Property
 from planner.planner import Exclusion
 
 
 def lacking(exclusions: Sequence[Exclusion], snapshot: Snapshot) -> tuple[str, ...]:
-    """Which robots lack what for which processes, a sentence for each robot and capability."""
+    """Which robots lack what for which processes, a sentence for each robot and capability; and which do not answer."""
     processes: dict[tuple[str, str], list[str]] = {}
+    silent = sorted({excluded.robot for excluded in exclusions if excluded.capability == Property.IS_REACHABLE})
     for excluded in exclusions:
+        if excluded.robot in silent:
+            continue
         processes.setdefault((excluded.robot, excluded.capability), []).append(excluded.process)
-    sentences = []
+    sentences = [f"{robot} does not answer" for robot in silent]
     for (robot, capability), names in sorted(processes.items()):
         means = snapshot.ontology.definition(capability)
         told = f" ({means})" if means else ""

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import fnmatch
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum, auto
 from pathlib import Path
@@ -137,6 +137,13 @@ class FaultyTransport:
                 self._transport.call(call, come_twice)
             case _:
                 assert_never(fault.kind)
+
+    def reconcile(self, calls: Iterable[ServiceCall], told: Callable[[Mapping[int, bool | None]], None]) -> None:
+        def come_through(offered: Mapping[int, bool | None]) -> None:
+            told({call.id: not self._is_cut(call.service) and offered[call.id] for call in asked})
+
+        asked = tuple(calls)
+        self._transport.reconcile(asked, come_through)
 
     def _fault_of(self, call: ServiceCall) -> Fault | None:
         """The first fault that strikes this call; each one that concerns it counts it."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from grounding.transport import ServiceCall, ServiceReply
@@ -54,6 +54,10 @@ class InProcessTransport:
         else:
             reply = ServiceReply(call_id=call.id, fields=fields, failure="", reason="")
         self._clock.call_at(self._clock.now_s + service.latency_s, lambda: deliver(reply))
+
+    def reconcile(self, calls: Iterable[ServiceCall], told: Callable[[Mapping[int, bool | None]], None]) -> None:
+        offered: dict[int, bool | None] = {call.id: self.offers(call.service) for call in calls}
+        self._clock.call_at(self._clock.now_s, lambda: told(offered))
 
 
 def _failure(call: ServiceCall, failure: str, reason: str) -> ServiceReply:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, Literal, Protocol, TypeAlias
@@ -130,3 +130,7 @@ class ComputeTransport:
 
         submitted = self._runner.submit(call.service, call.fields, t_s=self._clock.now_s, timeout_s=call.timeout_s)
         submitted.add_done_callback(lambda ended: self._clock.post(lambda: end(ended)))
+
+    def reconcile(self, calls: Iterable[ServiceCall], told: Callable[[Mapping[int, bool | None]], None]) -> None:
+        offered: dict[int, bool | None] = {call.id: is_compute_service(call.service) for call in calls}
+        self._clock.post(lambda: told(offered))

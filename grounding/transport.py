@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -51,3 +51,14 @@ class Transport(Protocol):
 
     def call(self, call: ServiceCall, deliver: Callable[[ServiceReply], None]) -> None:
         """Send a call."""
+
+    def reconcile(self, calls: Iterable[ServiceCall], told: Callable[[Mapping[int, bool | None]], None]) -> None:
+        """Ask, after lost calls, whether there is somebody at the services that they went to.
+
+        Whether a call was carried out cannot be asked: neither ROS nor rosbridge keeps that for a client that was
+        gone. It shows in the world, which the executive asks next (where is the robot, what does it hold).
+
+        Args:
+            told: For each call by its id whether its service is offered; without a connection, nothing is. None where
+                there is a connection and the far end does not tell.
+        """

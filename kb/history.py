@@ -31,6 +31,8 @@ class SourceKind(StrEnum):
     """Ontology files state it, and a revision of them came into force."""
     SCENARIO = "scenario"
     """It was told before anything moved."""
+    CONNECTION = "connection"
+    """It shows in how calls to a robot end."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,6 +62,8 @@ class Source:
                 return "told by a person"
             case SourceKind.SCENARIO:
                 return "told at the beginning"
+            case SourceKind.CONNECTION:
+                return "found out from its connection"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

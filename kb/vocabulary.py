@@ -138,6 +138,7 @@ class Property(StrEnum):
     MAX_ATTEMPTS = "maxAttempts"
     PAUSE_S = "pause_s"
     LOCATED_AT = "locatedAt"
+    IS_REACHABLE = "isReachable"
     IN_AREA = "inArea"
     HAS_POSE_ESTIMATE = "hasPoseEstimate"
     HAS_DETECTED_POSITION = "hasDetectedPosition"

@@ -102,6 +102,8 @@ def _obstacle(
         return Obstacle(kind=what, process=process, robots=robots, lasting=lasting, text=told, change=change)
 
     match kind, facts:
+        case "lacks", [robot, Property.IS_REACHABLE]:
+            return about(ObstacleKind.CAPABILITY, (robot,), "it does not answer", None)
         case "lacks", [robot, capability]:
             means = ontology.definition(capability)
             told = f"{capability} ({means})" if means else capability

@@ -335,7 +335,11 @@ class Session:
         return self._progress(_report(struct("done", self._key, round(now_s * MS_PER_S), action.id, values)))
 
     def observed(self, prop: str, subject: str, value: str | int | float | bool, *, now_s: float) -> Progress:
-        """Tell of a change that no action of this request made; start all that may start now."""
+        """Tell of a change that no action of this request made; start all that may start now.
+
+        Before anything was asked to start, the first plan is to be made anew.
+        """
+        self._from_start = False
         return self._progress(_observe(struct("changed", self._key, round(now_s * MS_PER_S), prop, subject, value)))
 
     def rebased(

@@ -192,17 +192,10 @@ class Ros1Transport:
             self._stop_listening.pop(name)()
 
     def reconcile(self, calls: Iterable[ServiceCall], told: Callable[[Mapping[int, bool | None]], None]) -> None:
-        """Ask, after lost calls, whether the services that they went to are there (again).
-
-        Whether a call was carried out, ROS 1 does not tell; see `RosbridgeTransport.reconcile`.
-
-        Args:
-            told: For each call by its id whether its service is offered; None where that could not be learned.
-        """
         asked = tuple(calls)
 
         def answered(offered: Sequence[str] | None) -> None:
-            told({call.id: None if offered is None else call.service in offered for call in asked})
+            told({call.id: offered is not None and call.service in offered for call in asked})
 
         self.services(answered)
 

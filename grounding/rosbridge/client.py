@@ -222,19 +222,11 @@ class RosbridgeTransport:
         self._offers.withdraw(name)
 
     def reconcile(self, calls: Iterable[ServiceCall], told: Callable[[Mapping[int, bool | None]], None]) -> None:
-        """Ask, after lost calls, whether the services that they went to are there again.
-
-        A rosbridge server forgets its clients, so whether a call was carried out it cannot tell: that shows in the
-        world, which the executive asks next (where is the robot, what does it hold). What can be asked is whether
-        there is somebody to ask.
-
-        Args:
-            told: For each call by its id whether its service is offered; None where that could not be learned.
-        """
         asked = tuple(calls)
 
         def answered(offered: Sequence[str] | None) -> None:
-            told({call.id: None if offered is None else call.service in offered for call in asked})
+            unknown = None if self.connected else False
+            told({call.id: unknown if offered is None else call.service in offered for call in asked})
 
         self.services(answered)
 

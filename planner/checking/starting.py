@@ -122,6 +122,8 @@ class Stage:
         if len(set(robots)) < len(robots):
             raise Refused(f"{step_id} needs {len(robots)} robots, and {robots[0]} is but one")
         for robot, capabilities in zip(robots, demand.capabilities, strict=True):
+            if False in self._knowledge.values(Property.IS_REACHABLE, robot, moment):
+                raise Refused(f"{robot} does {demand.name} but does not answer")
             for capability in sorted(capabilities):
                 if not self._knowledge.is_a(robot, capability):
                     raise Refused(f"{robot} does {demand.name} but is no {capability}")

@@ -10,15 +10,16 @@
 :- use_module(library(ordsets)).
 :- use_module(library(pairs)).
 :- use_module(library(occurs), [sub_term/2]).
-:- use_module(kb_rules(facts), [kind/3, learned/6, parameter/4, requires/3]).
+:- use_module(kb_rules(facts), [fluent/4, kind/3, learned/6, parameter/4, requires/3]).
 :- use_module(planner_golog(influence)).
 :- use_module(planner_golog(projection)).
 
 %!  alike(+Program, +Names, +Situation, -Groups) is det.
 %
 %   The robots, in groups of those that neither a class that Program and the processes Names ask for, nor a
-%   condition in them, nor what was learned of them tells apart. One that is named where a robot is still to
-%   be picked is like no other: it may be the one that is picked, and is there all the same.
+%   condition in them, nor what was learned of them tells apart, nor whether they answer. One that is named
+%   where a robot is still to be picked is like no other: it may be the one that is picked, and is there all
+%   the same.
 
 alike(P, Names, S, Groups) :-
     revision(S, Revision),
@@ -65,7 +66,8 @@ asked_of(Revision, Names, Class) :-
     ;   parameter(Revision, Head, _, Class), functor(Head, Name, _)
     ).
 
-signature(Revision, Classes, Properties, Names, S, R, signature(Kinds, Values, Learned, Places)) :-
+signature(Revision, Classes, Properties, Names, S, R, signature(Reachable, Kinds, Values, Learned, Places)) :-
+    ( fluent(Revision, isReachable, R, false) -> Reachable = false ; Reachable = true ),
     findall(Class, ( member(Class, Classes), kind(Revision, R, Class) ), Kinds0),
     sort(Kinds0, Kinds),
     findall(P-V, ( member(P, Properties), fluent_value(P, R, V, S) ), Values0),

@@ -71,9 +71,10 @@ close_session(Session, _{}) :-
 next_actions(next(Session, Now), Dict) :-
     kept(Session, P, S0),
     at_time(S0, Now, S1),
+    set_data(begun, true, S1, S2),
     (   take_planned(Session, Guide, Waits, Open)
-    ->  adopted(Guide, Waits, Open, S1, S)
-    ;   S = S1
+    ->  adopted(Guide, Waits, Open, S2, S)
+    ;   S = S2
     ),
     go_on(all, Session, P, S, false, Dict),
     note_waits(Session).
@@ -122,7 +123,10 @@ report(done(Session, Now, Id, Values), Dict) :-
     ).
 
 go_on(Ended, Session, P0, S0, Replan, Dict) :-
-    advance(Ended, P0, S0, P1, S1),
+    (   known(begun, true, S0)
+    ->  advance(Ended, P0, S0, P1, S1)
+    ;   P1 = P0, S1 = S0                            % it waits for its first plan
+    ),
     (   Ended \== all, P1 \== [], looks_around(S1)
     ->  advance(all, P1, S1, P, S2)
     ;   P = P1, S2 = S1
@@ -157,15 +161,15 @@ event_row(told(Property, Subject, Value), _, [told, Property, Subject, Row]) :-
 %!  observe(+Change, -Dict) is det.
 %
 %   Change is changed(Session, Now, Property, Subject, Value): something that no action of ours did
-%   (an exogenous event). `replan` tells whether a plan is made for something else now; until a new one is
-%   adopted, nothing is chosen.
+%   (an exogenous event). `replan` tells whether a plan is made for something else now, as is the first one,
+%   which is under way or on its way; until a new one is adopted, nothing is chosen.
 
 observe(changed(Session, Now, Property, Subject, Value), Dict) :-
     kept(Session, P, S0),
     at_time(S0, Now, S1),
     set_data(Property-Subject, Value, S1, S2),
     revised(P, S2, P1, S),
-    ( P1 == P -> Anew = false ; Anew = true ),
+    ( P1 == P, known(begun, true, S) -> Anew = false ; Anew = true ),
     go_on_revised(Anew, Session, P1, S, Dict).
 
 go_on_revised(Anew, Session, P, S0, Dict) :-

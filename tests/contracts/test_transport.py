@@ -63,6 +63,7 @@ class Setup:
         offer: Makes a service known at the far end: name, handler, latency in seconds.
         late_s: How much later than said a reply may come.
         has_infinity: Whether infinity arrives; in the texts of rosbridge it is null, as is NaN.
+        lists_services: Whether the far end tells what it offers.
         keeps_order: Whether replies of one time come in the order of their calls: not where each has a connection.
         began_s: Time at which the test begins.
     """
@@ -73,6 +74,7 @@ class Setup:
     late_s: float
     has_infinity: bool = True
     keeps_order: bool = True
+    lists_services: bool = True
     began_s: float = field(init=False)
 
     def __post_init__(self) -> None:
@@ -136,6 +138,7 @@ def rosbridge_of_others() -> Iterator[Setup]:
             far_end.offer(name, known[name], handler, latency_s)
 
         with _connected(far_end.uri, known, types, offer, binary=False) as setup:
+            setup.lists_services = False
             yield setup
 
 
@@ -427,3 +430,12 @@ def test_stamps_and_frames_are_those_of_the_sender(setup: Setup) -> None:
     setup.let_all_happen()
     by_id = {reply.call_id: reply.fields["pose"] for reply in inbox.replies}
     assert [by_id[number] for number in range(len(poses))] == poses
+
+
+def test_what_was_lost_can_be_asked_for(setup: Setup) -> None:
+    """Whether there is somebody at the service, for each call."""
+    told: list[Mapping[int, bool | None]] = []
+    setup.transport.reconcile([call(1, "/echo"), call(2, "/eco")], told.append)
+    assert told == []
+    setup.clock.run_until(lambda: bool(told))
+    assert told == [{1: True, 2: False} if setup.lists_services else {1: None, 2: None}]

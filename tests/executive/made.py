@@ -19,6 +19,7 @@ SUCCEEDED = Outcome(status=OutcomeStatus.SUCCEEDED, failure="", reason="", outpu
 BROKEN = Outcome(
     status=OutcomeStatus.EXECUTION_FAILED, failure="DeviceBroken", reason="it smokes", outputs={}, elapsed_s=0.5
 )
+GONE = Outcome(status=OutcomeStatus.LOST, failure="Lost", reason="the connection is gone", outputs={}, elapsed_s=0.5)
 
 
 def requested(task: str) -> events.Requested:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from executive import trace
@@ -27,10 +29,13 @@ from executive.events import (
 from executive.loop import step
 from executive.state import State
 from kb.errors import InternalError
+from kb.history import SourceKind
+from kb.vocabulary import Property
 from planner.plan import PlanStatus
 from planner.planner import Abandoned, Begun, Ended, Progress, Started, StepEvent, Told
 from tests.executive.made import (
     BROKEN,
+    GONE,
     SUCCEEDED,
     action,
     after,
@@ -240,7 +245,7 @@ def replanning(task: str, *happened: StepEvent, running: int) -> ActionsAreReady
 def test_a_change_is_told_to_knowledge_and_to_the_task_underway() -> None:
     """Queued tasks begin with what is so by then."""
     state, _ = after(requested("one"), requested("two"))
-    told = Tell(task="", prop="standsAt", subject="broom", value="attic")
+    told = Tell(task="", prop="standsAt", subject="broom", value="attic", source=SourceKind.PERSON)
     assert step(state, MOVED, 2.0) == (state, [told, ReportChange(task="one", change=MOVED)])
     idle = State()
     assert step(idle, MOVED, 2.0) == (idle, [told])
@@ -271,6 +276,19 @@ def test_that_there_was_no_plan_before_a_change_says_nothing_of_after() -> None:
 
 
 # Failures
+
+
+def test_a_robot_that_is_lost_is_told_of_before_it_is_decided_what_to_do() -> None:
+    """The knowledge base and other tasks know then that it does not answer; its own is planned without it, or waits."""
+    state, commands = after(requested("one"), planned("one"), ready("one", Started(action=SWEEP)), arrived(1, GONE))
+    told = Tell(task="", prop=Property.IS_REACHABLE, subject="r1", value=False, source=SourceKind.CONNECTION)
+    assert others(commands) == [
+        told,
+        ChooseRecovery(number=2, task="one", action=SWEEP, outcome=GONE, tried={}),
+    ]
+    back = FactWasTold(prop=Property.IS_REACHABLE, subject="r1", value=True, source=SourceKind.CONNECTION)
+    _, commands = step(state, back, 5.0)
+    assert others(commands) == [replace(told, value=True), ReportChange(task="one", change=back)]
 
 
 def test_a_failure_frees_the_robot_and_is_planned_around() -> None:

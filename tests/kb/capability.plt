@@ -7,7 +7,7 @@
 :- use_module(kb_rules(facts)).
 :- use_module(kb_rules(capability)).
 
-:- begin_tests(capability, [setup(load), cleanup(drop_facts(-1, _))]).
+:- begin_tests(capability, [setup(load), cleanup(( drop_facts(-1, _), drop_facts(-2, _), drop_facts(-3, _) ))]).
 
 load :-
     load_facts([ kind(-1, amigo_1, 'RobotWithKinect'),
@@ -15,7 +15,9 @@ load :-
                  kind(-1, blind_1, 'RobotWithLaser'),
                  kind(-2, blind_1, 'RobotWithKinect'),
                  requires(-1, 'SearchDrink', 'RobotWithKinect'),
-                 requires(-1, 'SearchDrink', 'RobotWithLaser')
+                 requires(-1, 'SearchDrink', 'RobotWithLaser'),
+                 fluent(-3, isReachable, amigo_1, false),
+                 fluent(-3, isReachable, blind_1, true)
                ], _).
 
 test(has_all) :-
@@ -35,5 +37,11 @@ test(nothing_required) :-
 
 test(unknown_robot, [all(Capability == ['RobotWithKinect', 'RobotWithLaser'])]) :-
     missing(-1, 'SearchDrink', stranger, Capability).
+
+test(who_does_not_answer_can_do_nothing, [all(What == [isReachable])]) :-
+    missing(-3, 'LocMap', amigo_1, What).
+
+test(who_answers_can, [nondet]) :-
+    capable(-3, 'LocMap', blind_1).
 
 :- end_tests(capability).

@@ -711,3 +711,19 @@ def replace_step(plan: Plan, step: str, start_s: float) -> Plan:
     ]
     took_s = max(s.end_s for s in steps) - plan.made_at_s
     return replace(plan, steps=tuple(steps), makespan_s=took_s, lower_bound_s=took_s)
+
+
+def test_a_robot_that_does_not_answer(tue_lab: Snapshot) -> None:
+    """It does nothing; where nothing is said it answers."""
+
+    def prepare(made: Yard) -> None:
+        made.add("dan", "Robot", "Lifter", isReachable=False)
+        made.add("eve", "Robot", "Lifter", isReachable=True)
+
+    for robot in ("dan", "eve", "ann"):
+        case = Case(tue_lab, [call("x", "Work", robot)], prepare=prepare)
+        plan = case.at().step("x", f"Work({robot})", 0, 2).plan()
+        if robot == "dan":
+            case.refuses(plan, "dan does Work but does not answer")
+        else:
+            case.accepts(plan)

@@ -40,13 +40,17 @@ class Relay:
         """Break all connections; nobody gets through any more. Returns when it is done."""
         asyncio.run_coroutine_threadsafe(self._cut(), self._loop).result(20.0)
 
+    def mend(self) -> None:
+        """Let everybody through again, at the same port. Returns when it is done."""
+        asyncio.run_coroutine_threadsafe(self._listen(), self._loop).result(20.0)
+
     def _run(self) -> None:
         self._loop.run_until_complete(self._listen())
         self._started.set()
         self._loop.run_forever()
 
     async def _listen(self) -> None:
-        self._server = await asyncio.start_server(self._connected, "127.0.0.1", 0)
+        self._server = await asyncio.start_server(self._connected, "127.0.0.1", self.port)
         self.port = self._server.sockets[0].getsockname()[1]
 
     async def _cut(self) -> None:

@@ -9,7 +9,7 @@ import pytest
 from executive import Fleet, TaskStatus
 from executive.errors import BadRequest
 from executive.replay import first_difference
-from executive.trace import FactsTold, PlanMade, Replanned
+from executive.trace import ActionStarted, FactsTold, PlanMade, Replanned
 from kb.files import SHIPPED
 from tests.scenarios.test_faults import finished, scenario_with
 
@@ -39,6 +39,23 @@ def test_a_drink_that_was_moved_is_found_where_it_is_now(tmp_path: Path, place: 
         [anew] = [e for e in after if isinstance(e, Replanned)]
         assert anew.reason == f"locatedAt(drink_2) is {place} now, for which the plan was not made"
         assert [e.t_s for e in after if isinstance(e, PlanMade)] == [pytest.approx(anew.t_s + 0.5)]
+
+
+@pytest.mark.parametrize("at_s", [0.0, 0.2])
+def test_a_change_before_the_first_plan_is_part_of_it(at_s: float) -> None:
+    """While it is being made, nothing is done yet: it is made for what is so now."""
+    with Fleet.open("tue_lab") as fleet:
+        task = fleet.request("FindEmptyDrink", room="tue_lab")
+        fleet.let_time_pass(at_s)
+        fleet.tell("locatedAt", "drink_1", "at_cabinet")
+        fleet.tell("isEmpty", "drink_2", False)
+        assert task.wait_until(1.0) is None
+        assert not [e for e in fleet.trace if isinstance(e, ActionStarted) and e.t_s < at_s + 0.5]
+        *_, plan = [e for e in fleet.trace if isinstance(e, PlanMade)]
+        assert {action.split('"')[3] for action, *_ in plan.steps if action.startswith("Navigate(")} == {"at_cabinet"}
+        task.cancel()
+        recorded = list(fleet.trace)
+    assert first_difference(recorded, SHIPPED) == ""
 
 
 def test_a_change_that_no_plan_asks_for_is_noted_and_nothing_else() -> None:

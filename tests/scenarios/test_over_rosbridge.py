@@ -16,7 +16,15 @@ from executive import Fleet, TaskResult, TaskStatus, connecting
 from executive.cli import main
 from executive.connecting import NotConnected
 from executive.errors import BadRequest
-from executive.trace import ActionFinished, ActionStarted, FleetOpened, PlanMade, TraceEvent
+from executive.trace import (
+    ActionFinished,
+    ActionStarted,
+    FactsTold,
+    FleetOpened,
+    PlanMade,
+    RecoveryChosen,
+    TraceEvent,
+)
 from grounding.errors import GroundingError
 from tests.scenarios.conftest import ROBOTS, Edit
 from tests.scenarios.relay import Relay
@@ -113,6 +121,26 @@ def test_the_work_of_a_robot_whose_connection_breaks_is_taken_over(tmp_path: Pat
     failed = {(e.robot, e.outcome, e.failure) for e in ended if e.failure}
     assert failed == {("amigo_1", "LOST", "Lost")}
     assert {e.robot for e in ended if e.action.startswith("Kinect(")} == {"pico_1"}
+
+
+def test_a_robot_whose_connection_comes_again_goes_on(tmp_path: Path) -> None:
+    """Nobody else can do it: what was lost is tried again until it is there, and then it can be planned with again."""
+    with served() as port, Relay(port) as relay, Fleet.open("tue_lab", connect=f"ws://127.0.0.1:{relay.port}") as fleet:
+        relay.cut()
+        task = fleet.request("Localize", robot="pico_1", area="tue_lab")
+        assert task.wait_until(fleet.now_s + 1.0) is None
+        assert fleet.known_at(fleet.now_s)["isReachable", "pico_1"] is False
+        relay.mend()
+        result = task.wait()
+        ended = [e for e in fleet.trace if isinstance(e, ActionFinished) and e.failure]
+        chosen = [e.recovery for e in fleet.trace if isinstance(e, RecoveryChosen)]
+        again = fleet.request("Localize", robot="pico_1", area="tue_lab").wait()
+        told = [(e.value, e.source) for e in fleet.trace if isinstance(e, FactsTold) and e.prop == "isReachable"]
+    assert result.status is again.status is TaskStatus.COMPLETED, result.reason
+    assert {(e.outcome, e.failure) for e in ended} == {("LOST", "Lost")}
+    assert chosen == ["wait_for_robot"] * len(ended)
+    assert told[0] == (False, "connection")
+    assert told[-1] == (True, "connection")
 
 
 def test_nobody_where_the_robots_should_be(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -350,7 +350,7 @@ def test_without_a_master_nothing_hangs_and_with_a_new_one_everything_is_there_a
         assert call("/robot/trigger").failure == "Lost"
         transport.reconcile(call.calls[-1:], told.append)
         clock.run_until(lambda: bool(told))
-        assert told.pop() == {call.calls[-1].id: None}
+        assert told.pop() == {call.calls[-1].id: False}
     finally:
         ros_master.start()
     assert transport.wait_connected(WAIT_S)

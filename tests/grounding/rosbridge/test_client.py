@@ -347,7 +347,7 @@ def test_a_call_without_a_connection_is_lost_later(ends: Ends) -> None:
 
 
 def test_what_was_lost_is_reconciled(ends: Ends) -> None:
-    """Who is offered again, who is not; without a connection it is not known."""
+    """Who is offered again, who is not; without a connection, nobody."""
     calls = [ServiceCall(id=n, service=name, fields={}, timeout_s=1.0) for n, name in enumerate(("/echo", "/gone"))]
     told: list[Mapping[int, bool | None]] = []
     ends.far.answer = lambda call: [response(call, values={"services": ["/echo", "/rosapi/services"]})]
@@ -357,7 +357,7 @@ def test_what_was_lost_is_reconciled(ends: Ends) -> None:
     ends.until(lambda: not ends.near.connected)
     ends.near.reconcile(calls, told.append)
     ends.until(lambda: len(told) == 2)
-    assert told == [{0: True, 1: False}, {0: None, 1: None}]
+    assert told == [{0: True, 1: False}, {0: False, 1: False}]
 
 
 # ------------------------------------------------------------------------------------------ topics
