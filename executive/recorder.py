@@ -10,8 +10,8 @@ from typing import TextIO, overload
 from executive.trace import FleetOpened, TraceEvent, read_trace, to_json
 from kb.revisions import Revision, write_copy
 
-IN_MEMORY = 100_000
-"""So many events are kept in memory where the others can be read from a file; about 50 MB."""
+IN_MEMORY = 10_000
+"""So many events are kept in memory where the others can be read from a file; about 5 MB."""
 
 KNOWLEDGE = "knowledge"
 """Name of the folder beside a trace for the files of the revisions that it tells of, by their hashes."""

@@ -13,8 +13,8 @@ from kb.store import Snapshot
 from kb.vocabulary import Property
 from planner.network import NO_WAY, Milliseconds, Travel
 
-PLACES = "places"
-"""The field of the request for travel times that holds the places."""
+STARTS, PLACES = "starts", "places"
+"""The fields of the request for travel times that hold where robots are, and the places."""
 
 _MS_PER_S = 1000
 
@@ -58,10 +58,11 @@ def travel_times(
     for (factor, *values), group in alike.items():
         assert isinstance(factor, int | float)
         request: dict[str, object] = dict(zip((f.name for f in estimate.request), values, strict=True))
-        request[PLACES] = Path(header=header("map", t_s), poses=[*map(pose_of_robot, group), *poses])
+        request[STARTS] = Path(header=header("map", t_s), poses=[pose_of_robot(robot) for robot in group])
+        request[PLACES] = Path(header=header("map", t_s), poses=poses)
         seconds = compute(estimate.service, request, t_s=t_s)["seconds"]
         assert isinstance(seconds, Float64MultiArray)
-        table = _milliseconds(seconds, len(group) + len(places), factor)[:, len(group) :]
+        table = _milliseconds(seconds, (len(group) + len(places), len(places)), factor)
         for number, robot in enumerate(group):
             profile[robot] = len(between)
             here[robot] = table[number]
@@ -69,8 +70,8 @@ def travel_times(
     return Travel(places=tuple(places), profile=profile, between=tuple(between), here=here)
 
 
-def _milliseconds(seconds: Float64MultiArray, count: int, factor: float) -> Milliseconds:
-    table = np.asarray(seconds.data, dtype=float).reshape(count, count)
+def _milliseconds(seconds: Float64MultiArray, shape: tuple[int, int], factor: float) -> Milliseconds:
+    table = np.asarray(seconds.data, dtype=float).reshape(shape)
     reached = np.isfinite(table)
     milliseconds: Milliseconds = np.full(table.shape, NO_WAY, dtype=np.int64)
     milliseconds[reached] = np.rint(table[reached] * (factor * _MS_PER_S)).astype(np.int64)

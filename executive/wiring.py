@@ -17,7 +17,7 @@ from executive.pace import SIMULATED
 from executive.recorder import Recorder
 from executive.shell import Shell
 from executive.trace import FleetOpened
-from executive.travel import PLACES
+from executive.travel import PLACES, STARTS
 from grounding.compute.registry import is_compute_service, wrong_fields
 from grounding.compute.settings import BadComputeSettings, ComputeSettings, read_settings
 from grounding.errors import GroundingError
@@ -286,7 +286,7 @@ def check_groundings(snapshot: Snapshot, offers: Callable[[str], bool], robots: 
         elif wrong := wrong_fields(grounding.service, {field.name for field in grounding.request}):
             raise GroundingError(grounding.process, grounding.name, wrong)
     for estimate in snapshot.travel_estimates:
-        if wrong := wrong_fields(estimate.service, {PLACES, *(field.name for field in estimate.request)}):
+        if wrong := wrong_fields(estimate.service, {STARTS, PLACES, *(field.name for field in estimate.request)}):
             raise GroundingError("TravelDuration", estimate.service, wrong)
 
 

@@ -27,6 +27,7 @@ _XSD = "http://www.w3.org/2001/XMLSchema#"
 _FILE = """<?xml version="1.0"?>
 <rdf:RDF xml:base="{namespace}{name}.owl"
      xmlns:core="{namespace}core.owl#" xmlns:fetch="{namespace}fetch_drinks.owl#"
+     xmlns:patrol="{namespace}patrol.owl#"
      xmlns:owl="http://www.w3.org/2002/07/owl#"
      xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#"
      xmlns:rdfs="http://www.w3.org/2000/01/rdf-schema#">
@@ -39,7 +40,7 @@ _FILE = """<?xml version="1.0"?>
 
 
 @dataclass(frozen=True)
-class _To:
+class To:
     """An entity, written `file:name`."""
 
     name: str
@@ -50,24 +51,24 @@ class _To:
         return f"{_NAMESPACE}{file}.owl#{name}"
 
 
-_Value: TypeAlias = "_To | str | bool | int | float"
+Value: TypeAlias = "To | str | bool | int | float"
 _DRIVING = {"robot": "core:Robot", "area": "core:Area", "location": "core:Location"}
-_KEEPS_ROBOT: tuple[str, _Value] = ("core:keepsRobot", True)
+_KEEPS_ROBOT: tuple[str, Value] = ("core:keepsRobot", True)
 
 
 @dataclass
-class _File:
+class OntologyFile:
     """An ontology file in the making."""
 
     name: str
     imports: tuple[str, ...]
     entities: list[str] = field(default_factory=list)
 
-    def to(self, name: str) -> _To:
+    def to(self, name: str) -> To:
         """An entity of this file, or one written `file:name`."""
-        return _To(name if ":" in name else f"{self.name}:{name}")
+        return To(name if ":" in name else f"{self.name}:{name}")
 
-    def individual(self, name: str, kinds: str, *values: tuple[str, _Value]) -> None:
+    def individual(self, name: str, kinds: str, *values: tuple[str, Value]) -> None:
         """A named individual of classes, with its values."""
         lines = [f'        <rdf:type rdf:resource="{self.to(kind).iri}"/>' for kind in kinds.split()]
         lines += [_written(prop, value) for prop, value in values]
@@ -81,7 +82,7 @@ class _File:
 
     def capability(self, name: str, prop: str, device: str) -> None:
         """The class of all robots that have a device."""
-        both = f'<rdf:Description rdf:about="{_To("core:Robot").iri}"/>{self.some(prop, device)}'
+        both = f'<rdf:Description rdf:about="{To("core:Robot").iri}"/>{self.some(prop, device)}'
         defined = f'<owl:Class><owl:intersectionOf rdf:parseType="Collection">{both}</owl:intersectionOf></owl:Class>'
         self._entity("owl:Class", name, [f"        <owl:equivalentClass>{defined}</owl:equivalentClass>"])
 
@@ -94,7 +95,7 @@ class _File:
         functional = '        <rdf:type rdf:resource="http://www.w3.org/2002/07/owl#FunctionalProperty"/>'
         self._entity(f"owl:{sort}", name, [functional])
 
-    def parameters(self, process: str, kind: str, **types: str) -> list[tuple[str, _Value]]:
+    def parameters(self, process: str, kind: str, **types: str) -> list[tuple[str, Value]]:
         """Inputs or locals of a process, numbered as they stand; returns what the process says of them."""
         first = sum(f"#{process}_" in e and "core:parameterName" in e for e in self.entities) + 1
         for number, (name, of) in enumerate(types.items(), start=first):
@@ -108,8 +109,15 @@ class _File:
             )
         return [(f"core:has{kind}", self.to(f"{process}_{name}")) for name in types]
 
-    def action(self, name: str, duration_s: float, capability: str, *more: tuple[str, _Value], **types: str) -> None:
-        """An atomic process, done by a robot."""
+    def action(
+        self,
+        name: str,
+        duration_s: float,
+        capability: str,
+        *more: tuple[str, Value],
+        **types: str,
+    ) -> None:
+        """An atomic process, done by a robot, whose service may take four times as long."""
         values = self.parameters(name, "Input", **types)
         values += [("core:duration_s", duration_s), ("core:requiresCapability", self.to(capability))]
         self.individual(name, "core:AtomicProcess", *values, *more)
@@ -129,7 +137,7 @@ class _File:
         self, name: str, process: str, *, number: int | None = None, bindings: Mapping[str, str] | None = None
     ) -> None:
         """A step that performs a process; `bindings` are parameters of the process -> parameters, by entity."""
-        values: list[tuple[str, _Value]] = [("core:performs", self.to(process))]
+        values: list[tuple[str, Value]] = [("core:performs", self.to(process))]
         if number is not None:
             values.append(("core:stepNumber", number))
         for position, (to, source) in enumerate((bindings or {}).items()):
@@ -140,15 +148,15 @@ class _File:
             values.append(("core:hasBinding", self.to(binding)))
         self.individual(name, "core:Perform", *values)
 
-    def pick(self, name: str, over: str, body: str, *more: tuple[str, _Value]) -> None:
+    def pick(self, name: str, over: str, body: str, *more: tuple[str, Value]) -> None:
         """A robot is picked for a step."""
         self.individual(
             name, "core:Pick", ("core:overParameter", self.to(over)), ("core:bodyStep", self.to(body)), *more
         )
 
-    def holds(self, name: str, prop: str, subject: str, value: _Value) -> None:
+    def holds(self, name: str, prop: str, subject: str, value: Value) -> None:
         """A condition: a property of a parameter has the value, or that of another parameter."""
-        of = "core:objectParameter" if isinstance(value, _To) else "core:hasValue"
+        of = "core:objectParameter" if isinstance(value, To) else "core:hasValue"
         self.individual(
             name,
             "core:Holds",
@@ -193,9 +201,9 @@ def write_ontologies(instance: Instance, folder: Path) -> None:
     _site(instance).write(site / f"{SITE}.owl")
 
 
-def _robots() -> _File:
+def _robots() -> OntologyFile:
     """Kinds of robots: slow or fast, with a Kinect or not, with an arm or not."""
-    file = _File("fleet_robots", ("core",))
+    file = OntologyFile("fleet_robots", ("core",))
     file.subclass("ColorCamera", "core:Sensor")
     file.subclass("RobotArm", "core:Actuator")
     file.capability("RobotWithColorCamera", "core:hasSensor", "ColorCamera")
@@ -208,18 +216,18 @@ def _robots() -> _File:
         file.some("core:hasSensor", "core:LaserScanner"),
         file.some("core:hasSensor", "ColorCamera"),
         file.some("core:hasActuator", "core:OmnidirectionalBase"),
-        *(_has(f"core:{name}", value) for name, value in (limits | camera).items()),
+        *(has(f"core:{name}", value) for name, value in (limits | camera).items()),
     )
-    file.subclass("SlowRobot", "FleetRobot", _has("core:maxVelLin_mps", 1.0))
-    file.subclass("FastRobot", "FleetRobot", _has("core:maxVelLin_mps", 2.0))
+    file.subclass("SlowRobot", "FleetRobot", has("core:maxVelLin_mps", 1.0))
+    file.subclass("FastRobot", "FleetRobot", has("core:maxVelLin_mps", 2.0))
     file.subclass("KinectRobot", "FleetRobot", file.some("core:hasSensor", "core:Kinect"))
     file.subclass("ArmRobot", "FleetRobot", file.some("core:hasActuator", "RobotArm"))
     return file
 
 
-def _finding() -> _File:
+def _finding() -> OntologyFile:
     """The task FindEmptyDrinks: every empty drink of a room is found by some robot."""
-    file = _File("find_drinks", ("core", "navigation", "objects", "groundings", "fleet_robots"))
+    file = OntologyFile("find_drinks", ("core", "navigation", "objects", "groundings", "fleet_robots"))
     file.property("toldByColor", "DatatypeProperty")
     looking = {"robot": "core:Robot", "drink": "objects:Drink"}
     file.action("DetectByKinect", 1.0, "core:RobotWithKinect", **looking)
@@ -245,9 +253,9 @@ def _finding() -> _File:
     return file
 
 
-def _fetching() -> _File:
+def _fetching() -> OntologyFile:
     """The task FetchEmptyDrinks: every empty drink is found by some robot, and then fetched by one with an arm."""
-    file = _File("fetch_drinks", ("core", "navigation", "objects", "find_drinks", "fleet_robots"))
+    file = OntologyFile("fetch_drinks", ("core", "navigation", "objects", "find_drinks", "fleet_robots"))
     file.subclass("Doorway", "core:PhysicalObject")
     for name in ("hasInside", "hasOutside", "hasTableSide", "hasDoorway"):
         file.property(name, "ObjectProperty")
@@ -298,7 +306,7 @@ def _fetching() -> _File:
     return file
 
 
-def _for_each_drink(file: _File, task: str, body: str, **more: str) -> None:
+def _for_each_drink(file: OntologyFile, task: str, body: str, **more: str) -> None:
     """A task that does a step for every empty drink of a room, side by side; `more` are its further locals."""
     inputs = file.parameters(task, "Input", room="core:Area")
     own = file.parameters(task, "Local", drink="objects:Drink", location="core:SearchLocation", **more)
@@ -322,12 +330,14 @@ def _for_each_drink(file: _File, task: str, body: str, **more: str) -> None:
     file.individual(each, "core:ForEach", *turned, asked, ("core:bodyStep", file.to(body)))
 
 
-def _site(instance: Instance) -> _File:
+def _site(instance: Instance) -> OntologyFile:
     """The hall with its robots and drinks."""
-    file = _File(SITE, ("core", "objects", "fleet_robots", "find_drinks", *(["fetch_drinks"] * instance.coupled)))
-    told = f'<owl:Restriction><owl:onProperty rdf:resource="{_To("find_drinks:toldByColor").iri}"/>'
+    file = OntologyFile(
+        SITE, ("core", "objects", "fleet_robots", "find_drinks", *(["fetch_drinks"] * instance.coupled))
+    )
+    told = f'<owl:Restriction><owl:onProperty rdf:resource="{To("find_drinks:toldByColor").iri}"/>'
     told += f'<owl:hasValue rdf:datatype="{_XSD}boolean">true</owl:hasValue></owl:Restriction>'
-    about = f'    <rdf:Description rdf:about="{_To("objects:SoftDrink").iri}">'
+    about = f'    <rdf:Description rdf:about="{To("objects:SoftDrink").iri}">'
     file.entities.append(f"{about}<rdfs:subClassOf>{told}</rdfs:subClassOf></rdf:Description>")
     file.individual(SITE, "core:Site")
     doorway = [("fetch:hasDoorway", file.to("hall_door"))] if instance.coupled else []
@@ -338,7 +348,7 @@ def _site(instance: Instance) -> _File:
             continue
         x_dm, y_dm = instance.xy_dm[number]
         kind = "core:SearchLocation" if instance.robots <= number < instance.inside else "core:Location"
-        pose: list[tuple[str, _Value]] = [("core:poseX_m", x_dm / 10), ("core:poseY_m", y_dm / 10)]
+        pose: list[tuple[str, Value]] = [("core:poseX_m", x_dm / 10), ("core:poseY_m", y_dm / 10)]
         pose.append(("core:poseYaw_rad", 0.0))
         file.individual(name, kind, ("core:inArea", file.to(ROOM if number <= instance.inside else SITE)), *pose)
     if instance.coupled:
@@ -358,19 +368,19 @@ def _site(instance: Instance) -> _File:
     return file
 
 
-def _has(prop: str, value: float) -> str:
+def has(prop: str, value: float) -> str:
     """The restriction `prop value v`."""
     return _restriction(prop, f'<owl:hasValue rdf:datatype="{_XSD}double">{value}</owl:hasValue>')
 
 
 def _restriction(prop: str, what: str) -> str:
-    on = f'<owl:onProperty rdf:resource="{_To(prop).iri}"/>'
+    on = f'<owl:onProperty rdf:resource="{To(prop).iri}"/>'
     return f"<owl:Restriction>{on}{what}</owl:Restriction>"
 
 
-def _written(prop: str, value: _Value) -> str:
+def _written(prop: str, value: Value) -> str:
     match value:
-        case _To():
+        case To():
             return f'        <{prop} rdf:resource="{value.iri}"/>'
         case bool():
             return f'        <{prop} rdf:datatype="{_XSD}boolean">{str(value).lower()}</{prop}>'

@@ -38,11 +38,15 @@ def map_file(folder: FilePath, boxes: tuple[Box, ...]) -> FilePath:
 def seconds(
     file: FilePath, *places: tuple[float, float], radius_m: float = 0.3, speed: float = SPEED_MPS
 ) -> NDArray[np.float64]:
-    """Travel times between places, a row for each start."""
+    """Travel times between places, a row for each start; the same for robots that stand there."""
     stops = Path(header=header("map", 0.0), poses=[at(x_m, y_m) for x_m, y_m in places])
-    found = travel(map_file=file, radius_m=radius_m, max_vel_lin_mps=speed, places=stops, t_s=0.0)["seconds"]
-    table: NDArray[np.float64] = found.data.reshape(len(places), len(places))
-    return table
+    robots = Path(header=header("map", 0.0), poses=[*reversed(stops.poses), *stops.poses])
+    found = travel(map_file=file, radius_m=radius_m, max_vel_lin_mps=speed, starts=robots, places=stops, t_s=0.0)
+    table: NDArray[np.float64] = found["seconds"].data.reshape(3 * len(places), len(places))
+    between = table[2 * len(places) :]
+    assert np.array_equal(table[: len(places)], between[::-1])
+    assert np.array_equal(table[len(places) : 2 * len(places)], between)
+    return between
 
 
 def test_a_straight_way_takes_its_length_over_the_speed(tmp_path: FilePath) -> None:
