@@ -5,7 +5,8 @@
             moves_others/2,             % +Names, +Situation
             waits/2,                    % +Program, +Situation
             program_part/4,             % +Program, +Names, +Situation, -Part
-            asks/4                      % +Part, +Situation, ?Property, ?Subject
+            asks/4,                     % +Part, +Situation, ?Property, ?Subject
+            to_be_asked/4               % +Program, +Situation, ?Property, ?Subject
           ]).
 
 /** <module> What one part of a program may change for another
@@ -156,6 +157,20 @@ asks(Part, S, Property, X) :-
         reads(Term, Classes, S, Property, X)
     ;   reads(Part, [], S, Property, X)
     ).
+
+%!  to_be_asked(+Program, +Situation, ?Property, ?Subject) is semidet.
+%
+%   Something that is still to be done may depend on this property of this individual: a condition, or a
+%   precondition of a process that has not begun.
+
+to_be_asked(P, S, Property, Subject) :-
+    findall(Name/Arity,
+            ( sub_term(T, P), nonvar(T), T = call(_, _, Head), nonvar(Head), functor(Head, Name, Arity) ),
+            Found0),
+    sort(Found0, Found),
+    foldl(names_of(S), Found, [], Names),
+    program_part(P, Names, S, Part),
+    asks(Part, S, Property, Subject), !.
 
 %   The parameters of Head and their classes.
 classes(Revision, Head, Classes) :-
