@@ -7,6 +7,7 @@
             work_limit/3,               % +Robot, -Milliseconds, +Situation
             claims_of/3,                % +Head, -Resources, +Situation
             begin_step/6,               % +Id, +Head, +Agents, +Milliseconds, +Situation, -Situation
+            is_running/2,               % +Id, +Situation
             begin_scope/5,              % +Id, +Head, +Agents, +Situation, -Situation
             end_scope/4,                % +Id, +Head, +Situation, -Situation
             give_up/3,                  % +Scopes, +Situation, -Situation
@@ -165,8 +166,20 @@ begin_step(Id, Head, Agents, Milliseconds, S0, S) :-
     running(S2, Runs),
     ord_add_element(Runs, run(End, Agents, Id, Head), Runs1),
     with_runs(S2, Runs1, S3),
-    join(Agents, S3, S4),
-    note(started(Id, Head, Agents, Now, End), S4, S).
+    ( mode(S3, act(_)) -> set_data(runs(Id), true, S3, S4) ; S4 = S3 ),
+    join(Agents, S4, S5),
+    note(started(Id, Head, Agents, Now, End), S5, S).
+
+%!  is_running(+Id, +Situation) is semidet.
+%
+%   The step runs. Of a thousand that do so for real, each is looked up at once; looking ahead, there are few.
+
+is_running(Id, S) :-
+    (   mode(S, act(_))
+    ->  known(runs(Id), true, S)
+    ;   running(S, Runs),
+        memberchk(run(_, _, Id, _), Runs)
+    ).
 
 join([], S, S) :- !.
 join(Agents, S0, S) :-
@@ -221,7 +234,8 @@ stop(Id, S0, S) :-
     running(S0, Runs),
     (   selectchk(run(_, _, Id, Head), Runs, Rest)
     ->  with_runs(S0, Rest, S1),
-        release(Id, Head, S1, S)
+        ( mode(S1, act(_)) -> drop(runs(Id), S1, S2) ; S2 = S1 ),
+        release(Id, Head, S2, S)
     ;   S = S0
     ).
 

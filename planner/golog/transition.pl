@@ -199,7 +199,7 @@ final(call(Frame, Step, Head0), S, S1) :-           % a composite process that h
     expansion(Id, Head, S, Body),
     final(Body, S, S0),
     close_scope(Id, Head, S0, S1).
-final(running(Id), S, S) :- running(S, Runs), \+ memberchk(run(_, _, Id, _), Runs).
+final(running(Id), S, S) :- \+ is_running(Id, S).
 
 % ------------------------------------------------------------------------------------------- parts
 
