@@ -20,13 +20,14 @@ from executive.recorder import Recorder
 from executive.shell import Shell
 from executive.trace import FleetOpened
 from executive.wiring import OF_FAULTS, Given, Parts, check_groundings, check_kept, prepare, start_of
+from grounding.actions import Carrier, Goal, GoalResult
 from grounding.compute.settings import ComputeSettings, read_settings
 from grounding.faults import FaultyTransport, read_faults
 from grounding.inprocess import InProcessTransport, Service
 from grounding.placed import Placed
 from grounding.ros1.client import Ros1Transport
 from grounding.ros1.node import Master
-from grounding.rosbridge.client import RosbridgeTransport, service_types
+from grounding.rosbridge.client import RosbridgeTransport, action_types, service_types
 from grounding.rosbridge.endpoints import Reached, reached
 from grounding.rosbridge.types import Types
 from grounding.runner import ComputeTransport
@@ -126,18 +127,29 @@ class ConnectedRobots:
         self._where = dict(where)
         self._fields = _fields_of_services(snapshot, self.names)
         self._by_service: dict[str, _Connection] = {}
+        self._actions: set[str] = set()
         self._connections: dict[_Place, _Connection] = {}
         self._offered: dict[_Connection, frozenset[str] | None] = {}
         types, groundings = Types(), [g for g in snapshot.groundings.values() if g.on_robot]
         for number, one in enumerate(dict.fromkeys(self._where.values())):
             services = service_types(groundings, self._at(one), types)
+            actions = action_types(groundings, self._at(one), types)
             rng = np.random.default_rng([seed, _OF_DELAYS, number])
             self._connections[one] = (
-                Ros1Transport(one, clock, services=services, types=types)
+                Ros1Transport(one, clock, services=services, actions=actions, types=types)
                 if isinstance(one, Master)
-                else RosbridgeTransport(one.endpoint, clock, services=services, types=types, binary=one.binary, rng=rng)
+                else RosbridgeTransport(
+                    one.endpoint,
+                    clock,
+                    services=services,
+                    actions=actions,
+                    types=types,
+                    binary=one.binary,
+                    rng=rng,
+                )
             )
-            self._by_service |= dict.fromkeys(services, self._connections[one])
+            self._by_service |= dict.fromkeys([*services, *actions], self._connections[one])
+            self._actions |= actions.keys()
 
     @property
     def names(self) -> list[str]:
@@ -159,17 +171,17 @@ class ConnectedRobots:
                 raise NotConnected(f"{told}; is a {what} running there?")
             self._offered[transport] = self._ask(transport)
 
-    def of(self, service: str) -> Transport | None:
-        """What carries the calls to a service of a robot."""
+    def of(self, service: str) -> Carrier | None:
+        """What carries the calls to a service of a robot, or the goals to an action."""
         return self._by_service.get(service)
 
     def offers(self, service: str) -> bool:
-        """Whether a robot offered a service when it was connected; true if its server could not tell."""
+        """Whether a robot offered a service when it was connected; true if its server could not tell, as of actions."""
         transport = self._by_service.get(service)
         if transport is None:
             return False
         offered = self._offered[transport]
-        return offered is None or service in offered
+        return offered is None or service in offered or service in self._actions
 
     def check(self, snapshot: Snapshot) -> None:
         """Whether knowledge is of these robots, and of services with the fields that they have had.
@@ -220,10 +232,11 @@ def _fields_of_services(snapshot: Snapshot, robots: list[str]) -> dict[str, tupl
 
 
 class _Routed:
-    """Each call to where its service is: a robot, whoever opened the fleet, or our own computations."""
+    """Each call or goal to where it is answered: a robot, whoever opened the fleet, or our own computations."""
 
     def __init__(self, robots: ConnectedRobots, own: InProcessTransport, computed: Transport) -> None:
         self._robots, self._own, self._computed = robots, own, computed
+        self._carriers: dict[int, Carrier] = {}
 
     def call(self, call: ServiceCall, deliver: Callable[[ServiceReply], None]) -> None:
         self._of(call).call(call, deliver)
@@ -235,6 +248,21 @@ class _Routed:
     def _of(self, call: ServiceCall) -> Transport:
         own = self._own if self._own.offers(call.service) else self._computed
         return self._robots.of(call.service) or own
+
+    def send_goal(
+        self, goal: Goal, feedback: Callable[[Mapping[str, object]], None], done: Callable[[GoalResult], None]
+    ) -> None:
+        carrier = self._carriers[goal.id] = self._robots.of(goal.action) or self._own
+
+        def ended(result: GoalResult) -> None:
+            self._carriers.pop(goal.id, None)
+            done(result)
+
+        carrier.send_goal(goal, feedback, ended)
+
+    def cancel_goal(self, goal_id: int) -> None:
+        if goal_id in self._carriers:
+            self._carriers[goal_id].cancel_goal(goal_id)
 
 
 class _ConnectedWorld:

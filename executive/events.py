@@ -215,6 +215,20 @@ class CancelRequested:
     task: str
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalWasSent:
+    """An action that was started is a goal, which has to be canceled if it is not wanted any more."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalHasEnded:
+    """A goal that was canceled has ended: its robots are free."""
+
+    number: int
+
+
 Event: TypeAlias = (
     Requested
     | KnowledgeWasRead
@@ -230,6 +244,8 @@ Event: TypeAlias = (
     | KnowledgeWasRejected
     | KnowledgeWasAccepted
     | CancelRequested
+    | GoalWasSent
+    | GoalHasEnded
 )
 
 
@@ -274,12 +290,19 @@ class AskActions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartAction:
-    """Ground an action and call its service, after a pause: OutcomeArrived follows, whatever happens."""
+    """Ground an action and call its service or send its goal, after a pause: OutcomeArrived follows in any case."""
 
     number: int
     task: str
     action: Action
     pause_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CancelAction:
+    """Cancel the goal of an action that is not wanted any more: GoalHasEnded follows, whatever happens."""
+
+    number: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -368,6 +391,7 @@ Command: TypeAlias = (
     | MakePlan
     | AskActions
     | StartAction
+    | CancelAction
     | ChooseRecovery
     | ReportOutcome
     | ReportChange

@@ -28,6 +28,7 @@ from executive.events import (
     ActionsAreReady,
     AdoptKnowledge,
     AskActions,
+    CancelAction,
     CancelRequested,
     ChooseRecovery,
     Command,
@@ -36,6 +37,8 @@ from executive.events import (
     FactWasTold,
     FailureWasReported,
     FinishTask,
+    GoalHasEnded,
+    GoalWasSent,
     GoalWasSolved,
     KnowledgeWasAccepted,
     KnowledgeWasProposed,
@@ -58,7 +61,7 @@ from executive.events import (
     TaskStatus,
     Tell,
 )
-from executive.state import Running, State, Step, Task, let_go, with_task
+from executive.state import Running, State, Step, Task, give_up, let_go, with_task
 from grounding.outcome import Outcome, OutcomeStatus
 from kb.errors import InternalError
 from kb.history import SourceKind
@@ -107,6 +110,10 @@ def step(state: State, event: Event, now_s: float) -> Step:
             return state, [Record(event=wrong)]
         case KnowledgeWasAccepted():
             return _adopt(state, event.knowledge, now_s)
+        case GoalWasSent(number=number):
+            return _note_goal(state, number)
+        case GoalHasEnded(number=number):
+            return _free(state, number)
         case CancelRequested(task=task):
             return _finish(state, task, TaskStatus.CANCELED, "canceled by request", now_s)
         case _:
@@ -275,7 +282,7 @@ def _take_progress(state: State, name: str, happened: StepEvent, source: Action 
             return _start_action(state, task, action, now_s)
         case Abandoned(action=action):
             given_up = [n for n, r in state.running.items() if r.task == name and r.action.id == action.id]
-            return let_go(state, lambda number, _: number in given_up), []
+            return give_up(state, lambda number, _: number in given_up)
         case _:
             assert_never(happened)
 
@@ -304,7 +311,26 @@ def _begin(state: State, task: Task, number: int, action: Action, now_s: float, 
         if now_s > deadline_s and action.id.startswith(f"{overdue.id}/"):
             state, commands = _take_outcome(state, _given_up(number, task, overdue), now_s)
             return state, [ready, *commands]
-    return state, [ready, StartAction(number=number, task=task.name, action=action, pause_s=pause_s)]
+    start = StartAction(number=number, task=task.name, action=action, pause_s=pause_s)
+    if state.is_stopping(action):
+        return replace(state, waiting={**state.waiting, number: start}), [ready]
+    return state, [ready, start]
+
+
+def _note_goal(state: State, number: int) -> Step:
+    """A goal was sent; if nobody wants it any more by now, it is canceled."""
+    running = state.running.get(number)
+    if running is None:
+        return state, [CancelAction(number=number)]
+    return replace(state, running={**state.running, number: replace(running, is_goal=True)}), []
+
+
+def _free(state: State, number: int) -> Step:
+    """A canceled goal has ended: what waited for its robots starts."""
+    state = replace(state, stopping={n: robots for n, robots in state.stopping.items() if n != number})
+    starts = [start for start in state.waiting.values() if not state.is_stopping(start.action)]
+    begun = {start.number for start in starts}
+    return replace(state, waiting={n: s for n, s in state.waiting.items() if n not in begun}), [*starts]
 
 
 def _given_up(number: int, task: Task, overdue: Action) -> OutcomeArrived:
@@ -382,10 +408,10 @@ def _plan_without(state: State, event: FailureWasReported, now_s: float) -> Step
         return state, []
     if event.excluded is None:
         return _finish(state, task.name, TaskStatus.FAILED, f"{task.trouble}; there is no other way to do it", now_s)
-    state = let_go(state, lambda _, running: running.task == task.name and running.action.id in event.abandoned)
+    state, stops = give_up(state, lambda _, running: running.task == task.name and running.action.id in event.abandoned)
     reason = f"{task.trouble}; {event.excluded} is not tried again for this"
     anew = trace.Replanned(t_s=now_s, task=task.name, reason=reason)
-    return state, [Record(event=anew), MakePlan(task=task.name)]
+    return state, [*stops, Record(event=anew), MakePlan(task=task.name)]
 
 
 def _adopt(state: State, new: NewKnowledge, now_s: float) -> Step:
@@ -441,10 +467,11 @@ def _finish(state: State, name: str, status: TaskStatus, reason: str, now_s: flo
     task = state.tasks.get(name)
     if task is None:
         return state, []
-    state = let_go(state, lambda _, running: running.task == name)
+    state, stops = give_up(state, lambda _, running: running.task == name)
     state = replace(state, tasks={n: t for n, t in state.tasks.items() if n != name})
     took_s = round(now_s - task.accepted_s, 9)
     commands: list[Command] = [
+        *stops,
         _status(name, status, reason, now_s),
         FinishTask(task=name, status=status, reason=reason, took_s=took_s),
     ]

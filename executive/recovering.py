@@ -65,7 +65,7 @@ def choose(
         What is chosen, and whether it took a plan to find out.
     """
     recoveries = Recoveries(snapshot.ontology)
-    failure = recoveries.failure_class(asked.outcome.failure)
+    failure = recoveries.failure_class(asked.outcome.failure, snapshot.groundings[asked.action.process].action_type)
     lost = asked.outcome.status is OutcomeStatus.LOST
     ways = [
         way

@@ -9,7 +9,9 @@ from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 from executive.errors import BadRequest
-from executive.wiring import Simulated, simulated
+from executive.wiring import Simulated, own_navigations, robot_handlers, simulated
+from grounding.inprocess import Handler
+from grounding.own_navigation import OWN_NAVIGATION_TYPE
 from grounding.ros1.node import Master, Node
 from grounding.ros1.package import write_package
 from grounding.ros1.services import Services
@@ -41,16 +43,17 @@ def serve_simulated(
 ) -> Iterator[tuple[Server, tuple[str, ...]]]:
     """Serve the robots of a site over rosbridge, in real time, without an executive.
 
-    The types of a service are those of its grounding; what the simulated robots can do beyond what is grounded has
+    Beside their services, the robots offer their own navigation as an action, whether the knowledge has a use for it or
+    not. The types of a service are those of its grounding; what the simulated robots can do beyond what is grounded has
     none, and is not offered.
 
     Args:
-        master: Of ROS 1; the same services are offered there too.
+        master: Of ROS 1; the same services, without actions, are offered there too.
         access: Who may connect and do what; anybody and everything if None.
         package: Folder into which the types of the services are written as a package of ROS 1.
 
     Yields:
-        The server, and the names of the services.
+        The server, and the names of the services and actions.
 
     Raises:
         ConcertmasterError: The site, its ontology, the scenario or the address is not usable, or the master is not
@@ -65,8 +68,9 @@ def serve_simulated(
             world = simulated(base, scenario, seed)
             open_parts.callback(world.fleet.close)
             groundings = [g for g in base.snapshot().groundings.values() if g.on_robot]
+            navigations = own_navigations(base.snapshot(), world.fleet, world.poses, world.clock)
         hub = Hub(world.clock, policy=allowed.policy)
-        services = world.fleet.services()
+        services, handlers = world.fleet.services(), robot_handlers(world.fleet, navigations)
         types = service_types(groundings, world.poses, hub.types)
         if package is not None:
             write_package(package, types.values(), Wire(hub.types))
@@ -74,7 +78,10 @@ def serve_simulated(
         for name, service_type in types.items():
             if name not in services:
                 raise BadRequest("scenario", f"no simulated robot offers service {name}, which is grounded")
-            hub.services.offer(name, service_type.name, services[name].handler, services[name].latency_s)
+            hub.services.offer(name, service_type.name, handlers[name], services[name].latency_s)
+            offered.append(name)
+        for name, navigation in navigations.items():
+            hub.actions.offer(name, OWN_NAVIGATION_TYPE, navigation.start)
             offered.append(name)
         try:
             server = open_parts.enter_context(
@@ -84,20 +91,25 @@ def serve_simulated(
             told = error.strerror or str(error)
             raise BadRequest("port", f"{host}:{port} cannot be listened at: {told}; give another --port") from error
         if master is not None:
-            open_parts.enter_context(_in_ros_1(master, Wire(hub.types), server, world, types))
+            open_parts.enter_context(_in_ros_1(master, Wire(hub.types), server, world, types, handlers))
         yield server, tuple(sorted(offered))
 
 
 @contextmanager
 def _in_ros_1(
-    master: Master, wire: Wire, server: Server, world: Simulated, types: Mapping[str, ServiceType]
+    master: Master,
+    wire: Wire,
+    server: Server,
+    world: Simulated,
+    types: Mapping[str, ServiceType],
+    handlers: Mapping[str, Handler],
 ) -> Iterator[None]:
     """Offer services of the simulated robots in ROS 1, on the thread of the server."""
     node = Node(master, complain=logging.getLogger(__name__).warning)
     offers = Services(node, wire, server.post, world.clock)
     services, there = world.fleet.services(), threading.Event()
     for name, service_type in types.items():
-        offers.offer(name, service_type, services[name].handler, services[name].latency_s)
+        offers.offer(name, service_type, handlers[name], services[name].latency_s)
     node.do(there.set)
     node.open()
     try:

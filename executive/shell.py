@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any, assert_never
 
 from executive import events, loop, trace
+from executive.goal_calls import GoalCalls
 from executive.goals import solve_goal
 from executive.metrics import Metrics
 from executive.pace import Pace
@@ -24,14 +25,16 @@ from executive.revising import Unfinished
 from executive.shown import lacking, shown, shown_output
 from executive.state import State
 from executive.travel import travel_times
+from grounding.actions import Carrier
 from grounding.errors import GroundingError
 from grounding.ground import ground
 from grounding.messages import PoseStamped
 from grounding.outcome import Outcome, OutcomeStatus, interpret, refused, timed_out
-from grounding.transport import ServiceReply, Transport
+from grounding.transport import ServiceReply
 from kb.clock import Clock
 from kb.difference import concerned
 from kb.history import Source, SourceKind
+from kb.recoveries import Recoveries
 from kb.revisions import CarryOver, Revision
 from kb.store import KnowledgeBase, Snapshot
 from kb.terms import Action, Data, Fluent
@@ -70,7 +73,7 @@ class Shell:
     """One executive: one fleet, one queue of events."""
 
     def __init__(
-        self, knowledge: KnowledgeBase, transport: Transport, clock: Clock, recorder: Recorder, pace: Pace
+        self, knowledge: KnowledgeBase, transport: Carrier, clock: Clock, recorder: Recorder, pace: Pace
     ) -> None:
         self.clock = clock
         self._pace = pace
@@ -79,6 +82,7 @@ class Shell:
         self.results: dict[str, TaskResult] = {}
         self._knowledge = knowledge
         self._transport = transport
+        self._goal_calls = GoalCalls(transport, clock, self.post)
         self._last_change: tuple[Revision, Revision, CarryOver] | None = None
         self._keys: dict[str, str] = {}
         self._held: dict[str, Snapshot] = {}
@@ -92,7 +96,7 @@ class Shell:
         self._sessions: dict[str, Session] = {}
         self._plans: dict[str, Plan] = {}
         self._messages: dict[str, object] = {}
-        self._presence = Presence(transport, clock, self._welcome)
+        self._presence = Presence(transport, clock, self.post)
 
     def post(self, event: events.Event) -> None:
         """Take an event in, and carry out all that it leads to now."""
@@ -218,6 +222,8 @@ class Shell:
                     self.clock.call_at(self.clock.now_s + pause_s, lambda: self._start(number, task, action))
                 else:
                     self._start(number, task, action)
+            case events.CancelAction(number=number):
+                self._goal_calls.cancel(number)
             case events.ChooseRecovery():
                 self._choose_recovery(command)
             case events.ReportOutcome(task=task, action=action, outcome=outcome):
@@ -373,13 +379,11 @@ class Shell:
                 service=call.service,
             )
         )
+        if grounding.action_type:
+            self._goal_calls.send(call, grounding, Recoveries(snapshot.ontology), came)
+            return
         self._transport.call(call, deliver)
         forget_timeout = self.clock.call_at(called_s + call.timeout_s, lambda: came(timed_out(call), {}))
-
-    def _welcome(self, robot: str) -> None:
-        """A robot whose connection was lost answers again."""
-        back = events.FactWasTold(prop=Property.IS_REACHABLE, subject=robot, value=True, source=SourceKind.CONNECTION)
-        self.post(back)
 
     def _keep(self, action: Action, outcome: Outcome) -> None:
         for name, value in outcome.outputs.items():

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TypeAlias
 
-from executive.events import Command, TaskStatus
+from executive.events import CancelAction, Command, StartAction, TaskStatus
 from executive.request import TaskRequest
 from kb.terms import Action
 
@@ -53,10 +53,15 @@ class Task:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Running:
-    """An action whose service has been called; or one that has failed, until it is decided what to do."""
+    """An action whose service has been called; or one that has failed, until it is decided what to do.
+
+    Attributes:
+        is_goal: Whether the robot goes on with it until it is told not to.
+    """
 
     task: str
     action: Action
+    is_goal: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,12 +73,21 @@ class State:
         running: By number of the action.
         leases: Number of the action that each busy robot is doing.
         next_number: Of the next action; never used twice.
+        stopping: Robots by the number of the canceled goal that they have not ended yet.
+        waiting: Actions whose robots have still to end a canceled goal, by number.
     """
 
     tasks: Mapping[str, Task] = field(default_factory=lambda: MappingProxyType({}))
     running: Mapping[int, Running] = field(default_factory=lambda: MappingProxyType({}))
     leases: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     next_number: int = 1
+    stopping: Mapping[int, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
+    waiting: Mapping[int, StartAction] = field(default_factory=lambda: MappingProxyType({}))
+
+    def is_stopping(self, action: Action) -> bool:
+        """Whether a robot of an action has still to end a canceled goal."""
+        busy = {robot for robots in self.stopping.values() for robot in robots}
+        return not busy.isdisjoint(action.robots)
 
 
 Step: TypeAlias = tuple[State, list[Command]]
@@ -91,4 +105,12 @@ def let_go(state: State, which: Callable[[int, Running], bool]) -> State:
         state,
         running={n: r for n, r in state.running.items() if n not in gone},
         leases={robot: n for robot, n in state.leases.items() if n not in gone},
+        waiting={n: start for n, start in state.waiting.items() if n not in gone},
     )
+
+
+def give_up(state: State, which: Callable[[int, Running], bool]) -> Step:
+    """Let go of actions that are not wanted any more; the robots still have to end those that are goals."""
+    goals = {n: r.action.robots for n, r in state.running.items() if which(n, r) and r.is_goal}
+    state = replace(let_go(state, which), stopping={**state.stopping, **goals})
+    return state, [CancelAction(number=number) for number in goals]

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
@@ -25,11 +26,13 @@ from grounding.faults import FaultyTransport, read_faults
 from grounding.ground import pose_of
 from grounding.inprocess import Handler, InProcessTransport, Service
 from grounding.messages import OccupancyGrid, PoseStamped, is_type, xyyaw
+from grounding.own_navigation import Measures, OwnNavigation
 from grounding.placed import Placed
 from grounding.runner import compute as compute_here
 from grounding.runner import compute_services
 from kb.clock import Clock, SimClock
 from kb.files import SHIPPED
+from kb.groundings import must_offer
 from kb.history import Source, SourceKind
 from kb.store import KnowledgeBase, Snapshot
 from kb.terms import Fluent
@@ -108,7 +111,7 @@ def open_simulated(given: Given, scenario: str | Path | None) -> Parts:
         check_kept(snapshot, settings, given.compute)
         placed = Placed(settings, cache_folder(os.environ) / "results")
         on_error.callback(placed.close)
-        transport = _transport(simulation, snapshot, clock, given.services, placed)
+        transport = _transport(simulation, poses, snapshot, clock, given.services, placed)
         check_groundings(snapshot, transport.offers, list(poses))
         on_error.pop_all()
     chosen_seed = world.scenario.seed if given.seed is None else given.seed
@@ -178,17 +181,64 @@ OF_FAULTS = 1
 
 
 def _transport(
-    simulation: SimFleet, snapshot: Snapshot, clock: SimClock, services: Mapping[str, Handler], placed: Placed
+    simulation: SimFleet,
+    poses: Mapping[str, PoseStamped],
+    snapshot: Snapshot,
+    clock: SimClock,
+    services: Mapping[str, Handler],
+    placed: Placed,
 ) -> InProcessTransport:
-    """All services: those of the robots, and those that compute."""
+    """All services and actions: those of the robots, and those that compute."""
     transport = InProcessTransport(clock)
+    navigations = own_navigations(snapshot, simulation, poses, clock)
+    for name, navigation in navigations.items():
+        transport.offer_action(name, navigation.start)
+    handlers = robot_handlers(simulation, navigations)
     for name, service in simulation.services().items():
-        transport.offer(name, Service(handler=service.handler, latency_s=service.latency_s))
+        transport.offer(name, Service(handler=handlers[name], latency_s=service.latency_s))
     _offer_compute(transport, snapshot, clock, placed)
     durations = {g.service: g.duration_s for g in snapshot.groundings.values()}
     for name, handler in services.items():
         transport.offer(name, Service(handler=handler, latency_s=durations.get(name, 0.0)))
     return transport
+
+
+def own_navigations(
+    snapshot: Snapshot, simulation: SimFleet, poses: Mapping[str, PoseStamped], clock: SimClock
+) -> dict[str, OwnNavigation]:
+    """What drives the simulated robots by themselves, by the name of its action.
+
+    Maps and measures are those that the loop of services is given; a site that has no such loop has no such navigation.
+
+    Args:
+        poses: Where the robots are told to stand.
+    """
+    fields = {g.service: g.request for g in snapshot.groundings.values()}
+    files = {name: f.file for name, request in fields.items() for f in request if f.name == "map_file"}
+    loc_map_file, nav_map_file = files.get("/compute/loc_map"), files.get("/compute/nav_map")
+    if loc_map_file is None or nav_map_file is None:
+        return {}
+    told = {f.name: f.of_property for f in fields.get("/compute/vel_cmd", ()) if f.of_property}
+    services, found = simulation.services(), dict[str, OwnNavigation]()
+    for robot, pose in poses.items():
+        known = {name: snapshot.ontology.value(prop, robot) for name, prop in told.items()}
+        measures = {name: float(value) for name, value in known.items() if isinstance(value, int | float)}
+        if measures:
+            found[f"/{robot}/navigate_to_pose"] = OwnNavigation(
+                Measures(loc_map_file=loc_map_file, nav_map_file=nav_map_file, **measures),
+                clock,
+                laser=services[f"/{robot}/laser"].handler,
+                base=services[f"/{robot}/base"].handler,
+                odometry=partial(simulation.odometry, robot),
+                told=pose,
+            )
+    return found
+
+
+def robot_handlers(simulation: SimFleet, navigations: Mapping[str, OwnNavigation]) -> dict[str, Handler]:
+    """The services of the simulated robots; scans are taken through their navigation, which learns of them."""
+    through = {f"{action.rpartition('/')[0]}/laser": navigation.scan for action, navigation in navigations.items()}
+    return {name: through.get(name, service.handler) for name, service in simulation.services().items()}
 
 
 def _offer_compute(transport: InProcessTransport, snapshot: Snapshot, clock: SimClock, placed: Placed) -> None:
@@ -278,9 +328,11 @@ def check_groundings(snapshot: Snapshot, offers: Callable[[str], bool], robots: 
             if not is_type(field.message_type):
                 raise GroundingError(grounding.process, field.name, f"there is no ROS type {field.message_type}")
         if grounding.on_robot:
+            what = "action" if grounding.action_type else "service"
             for robot in robots:
-                if not offers(name := grounding.service.replace("{robot}", robot)):
-                    raise GroundingError(grounding.process, grounding.name, f"{robot} offers no service {name}")
+                name = grounding.service.replace("{robot}", robot)
+                if must_offer(snapshot.ontology, robot, grounding) and not offers(name):
+                    raise GroundingError(grounding.process, grounding.name, f"{robot} offers no {what} {name}")
         elif offers(grounding.service) and not is_compute_service(grounding.service):
             continue  # what fields it takes, only whoever offers it knows
         elif wrong := wrong_fields(grounding.service, {field.name for field in grounding.request}):

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Protocol
 
+from grounding.transport import Transport
+
 
 class GoalStatus(IntEnum):
     """Where a goal is in its life, in the numbers of `action_msgs/GoalStatus`."""
@@ -67,3 +69,45 @@ class ActionTransport(Protocol):
 
     def cancel_goal(self, goal_id: int) -> None:
         """Ask for the end of a goal, which still has a result; one that has ended already is left alone."""
+
+
+class Carrier(Transport, ActionTransport, Protocol):
+    """Carries both: calls to services, and goals to actions."""
+
+
+class GoalHandle(Protocol):
+    """A goal as who carries it out sees it.
+
+    Attributes:
+        fields: Of the goal: messages and plain values.
+        canceled: Called when the goal is not wanted any more; it then ends by `end`, mostly as CANCELED.
+    """
+
+    fields: Mapping[str, object]
+    canceled: Callable[[], None]
+
+    def feed(self, fields: Mapping[str, object]) -> None:
+        """Tell how far it has come; nothing happens if it has ended."""
+
+    def end(self, status: GoalStatus, fields: Mapping[str, object], reason: str = "") -> None:
+        """Tell how it ended; nothing happens if it has ended before.
+
+        Args:
+            status: SUCCEEDED, CANCELED or ABORTED.
+            reason: Why it was aborted, in a sentence.
+        """
+
+
+Start = Callable[[GoalHandle], None]
+"""Begins to carry out a goal; raises ServiceFailed if it does not."""
+
+
+def result_of(
+    goal_id: int, action: str, status: GoalStatus, fields: Mapping[str, object], reason: str = ""
+) -> GoalResult:
+    """The result of a goal whose action has told its status."""
+    failure, told = {
+        GoalStatus.SUCCEEDED: ("", ""),
+        GoalStatus.CANCELED: ("Canceled", f"{action} was canceled"),
+    }.get(status, ("GoalFailed", reason or f"{action} ended with status {status.value}, {status.name}"))
+    return GoalResult(goal_id=goal_id, status=status, fields=fields, failure=failure, reason=told)

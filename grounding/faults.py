@@ -3,7 +3,7 @@
 Whatever carries the calls, the executive meets the same faults; the same seed gives the same ones. In a TOML file:
 
     [faults.camera_fails_once]
-    service = "/amigo_1/kinect"     # names of services, with * and ? as in file names
+    service = "/amigo_1/kinect"     # names of services and actions, with * and ?
     kind = "fail"                   # fail, hang, silence, delay, repeat, cut
     calls = [1]                     # which of the calls to such services; all if left out
     code = "SensorSilent"           # failure that is told
@@ -32,14 +32,15 @@ from typing import assert_never
 
 import numpy as np
 
-from grounding.transport import ServiceCall, ServiceReply, Transport
+from grounding.actions import Carrier, Goal, GoalResult, GoalStatus
+from grounding.transport import ServiceCall, ServiceReply
 from kb.clock import Clock
 from kb.errors import BadFile
 from kb.section import Section, read_file
 
 
 class FaultKind(StrEnum):
-    """What goes wrong with a call."""
+    """What goes wrong with a call, or with a goal of an action."""
 
     FAIL = auto()
     """The service is not called; it is said to have failed."""
@@ -60,7 +61,7 @@ class Fault:
     """Which calls meet a fault, and which.
 
     Attributes:
-        service: Names of services, with `*` and `?` as in file names.
+        service: Names of services and actions, with `*` and `?` as in file names.
         calls: Which of the calls to such services, counted from 1 by this fault; all if empty.
         from_s: From this time of the clock.
         until_s: Before this time.
@@ -96,21 +97,20 @@ class FaultyTransport:
         chance: Decides where probabilities are not 0 or 1.
     """
 
-    def __init__(
-        self, transport: Transport, clock: Clock, faults: Sequence[Fault], chance: np.random.Generator
-    ) -> None:
+    def __init__(self, transport: Carrier, clock: Clock, faults: Sequence[Fault], chance: np.random.Generator) -> None:
         self._transport = transport
         self._clock = clock
         self._faults = tuple(faults)
         self._chance = chance
         self._counts = [0] * len(self._faults)
+        self._actions: dict[int, str] = {}
 
     def call(self, call: ServiceCall, deliver: Callable[[ServiceReply], None]) -> None:
         def come_through(reply: ServiceReply) -> None:
             if not self._is_cut(call.service):
                 deliver(reply)
 
-        fault = self._fault_of(call)
+        fault = self._fault_of(call.service)
         if fault is None:
             self._transport.call(call, come_through)
             return
@@ -145,11 +145,62 @@ class FaultyTransport:
         asked = tuple(calls)
         self._transport.reconcile(asked, come_through)
 
-    def _fault_of(self, call: ServiceCall) -> Fault | None:
-        """The first fault that strikes this call; each one that concerns it counts it."""
+    def send_goal(
+        self, goal: Goal, feedback: Callable[[Mapping[str, object]], None], done: Callable[[GoalResult], None]
+    ) -> None:
+        def come_through(result: GoalResult) -> None:
+            if not self._is_cut(goal.action):
+                self._actions.pop(goal.id, None)
+                done(result)
+
+        def feed_through(fields: Mapping[str, object]) -> None:
+            if not self._is_cut(goal.action):
+                feedback(fields)
+
+        self._actions[goal.id] = goal.action
+        fault = self._fault_of(goal.action)
+        delay_s = fault.delay_s if fault is not None else 0.0
+
+        def come_later(result: GoalResult) -> None:
+            self._clock.call_at(self._clock.now_s + delay_s, lambda: come_through(result))
+
+        def come_twice(result: GoalResult) -> None:
+            come_through(result)
+            come_later(result)
+
+        match fault.kind if fault is not None else None:
+            case None:
+                self._transport.send_goal(goal, feed_through, come_through)
+            case FaultKind.FAIL:
+                assert fault is not None
+                failed = GoalResult(
+                    goal_id=goal.id,
+                    status=GoalStatus.ABORTED,
+                    fields={},
+                    failure=fault.code,
+                    reason=f"{goal.action} fails: a fault that was asked for",
+                )
+                self._clock.call_at(self._clock.now_s, lambda: come_through(failed))
+            case FaultKind.HANG | FaultKind.CUT:
+                pass
+            case FaultKind.SILENCE:
+                self._transport.send_goal(goal, lambda fields: None, lambda result: None)
+            case FaultKind.DELAY:
+                self._transport.send_goal(goal, feed_through, come_later)
+            case FaultKind.REPEAT:
+                self._transport.send_goal(goal, feed_through, come_twice)
+            case kind:
+                assert_never(kind)
+
+    def cancel_goal(self, goal_id: int) -> None:
+        if not self._is_cut(self._actions.get(goal_id, "")):
+            self._transport.cancel_goal(goal_id)
+
+    def _fault_of(self, service: str) -> Fault | None:
+        """The first fault that strikes this call or goal; each one that concerns it counts it."""
         struck = None
         for place, fault in enumerate(self._faults):
-            if fault.concerns(call.service, self._clock.now_s):
+            if fault.concerns(service, self._clock.now_s):
                 self._counts[place] += 1
                 counted = not fault.calls or self._counts[place] in fault.calls
                 if counted and (fault.probability == 1.0 or self._chance.random() < fault.probability):

@@ -1,10 +1,11 @@
-"""The transport within one process: services are functions, replies come when the clock says so."""
+"""The transport within one process: services and actions are functions, replies come when the clock says so."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
+from grounding.actions import Goal, GoalResult, GoalStatus, Start, result_of
 from grounding.transport import ServiceCall, ServiceReply
 from kb.clock import Clock
 from kb.errors import ServiceFailed
@@ -31,14 +32,20 @@ class InProcessTransport:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._services: dict[str, Service] = {}
+        self._actions: dict[str, Start] = {}
+        self._goals: dict[int, _RunningGoal] = {}
 
     def offer(self, name: str, service: Service) -> None:
         """Make a service known under its full name; a new one takes the place of an old one."""
         self._services[name] = service
 
+    def offer_action(self, name: str, start: Start) -> None:
+        """Make an action known under its full name; a new one takes the place of an old one."""
+        self._actions[name] = start
+
     def offers(self, name: str) -> bool:
-        """Whether there is a service of this name."""
-        return name in self._services
+        """Whether there is a service or an action of this name."""
+        return name in self._services or name in self._actions
 
     def call(self, call: ServiceCall, deliver: Callable[[ServiceReply], None]) -> None:
         service = self._services.get(call.service)
@@ -56,8 +63,59 @@ class InProcessTransport:
         self._clock.call_at(self._clock.now_s + service.latency_s, lambda: deliver(reply))
 
     def reconcile(self, calls: Iterable[ServiceCall], told: Callable[[Mapping[int, bool | None]], None]) -> None:
-        offered: dict[int, bool | None] = {call.id: self.offers(call.service) for call in calls}
+        offered: dict[int, bool | None] = {
+            call.id: call.service in self._services or call.service in self._actions for call in calls
+        }
         self._clock.call_at(self._clock.now_s, lambda: told(offered))
+
+    def send_goal(
+        self, goal: Goal, feedback: Callable[[Mapping[str, object]], None], done: Callable[[GoalResult], None]
+    ) -> None:
+        def ended(result: GoalResult) -> None:
+            self._goals.pop(goal.id, None)
+            self._clock.call_at(self._clock.now_s, lambda: done(result))
+
+        start = self._actions.get(goal.action)
+        if start is None:
+            known = ", ".join(sorted(self._actions)) or "none"
+            ended(_no_goal(goal, "NoSuchAction", f"there is no action {goal.action}; there is {known}"))
+            return
+        running = self._goals[goal.id] = _RunningGoal(goal, feedback, ended)
+        try:
+            start(running)
+        except ServiceFailed as failed:
+            running.has_ended = True
+            ended(_no_goal(goal, failed.code, failed.message, GoalStatus.ABORTED))
+
+    def cancel_goal(self, goal_id: int) -> None:
+        running = self._goals.get(goal_id)
+        if running is not None:
+            running.canceled()
+
+
+class _RunningGoal:
+    """A goal in the hands of a function."""
+
+    def __init__(
+        self, goal: Goal, feedback: Callable[[Mapping[str, object]], None], ended: Callable[[GoalResult], None]
+    ) -> None:
+        self.fields = goal.fields
+        self.canceled: Callable[[], None] = lambda: None
+        self.has_ended = False
+        self._goal, self._feedback, self._ended = goal, feedback, ended
+
+    def feed(self, fields: Mapping[str, object]) -> None:
+        if not self.has_ended:
+            self._feedback(fields)
+
+    def end(self, status: GoalStatus, fields: Mapping[str, object], reason: str = "") -> None:
+        if not self.has_ended:
+            self.has_ended = True
+            self._ended(result_of(self._goal.id, self._goal.action, status, fields, reason))
+
+
+def _no_goal(goal: Goal, failure: str, reason: str, status: GoalStatus = GoalStatus.UNKNOWN) -> GoalResult:
+    return GoalResult(goal_id=goal.id, status=status, fields={}, failure=failure, reason=reason)
 
 
 def _failure(call: ServiceCall, failure: str, reason: str) -> ServiceReply:

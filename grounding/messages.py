@@ -19,6 +19,9 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 from rosbags.typesys.stores.ros2_humble import (
+    builtin_interfaces__msg__Duration as Duration,
+)
+from rosbags.typesys.stores.ros2_humble import (
     builtin_interfaces__msg__Time as Time,
 )
 from rosbags.typesys.stores.ros2_humble import (
@@ -84,6 +87,7 @@ from rosbags.typesys.stores.ros2_humble import (
 
 __all__ = [
     "CameraInfo",
+    "Duration",
     "Float64MultiArray",
     "Header",
     "Image",

@@ -105,7 +105,7 @@ CODES: dict[str, Code] = {
     ),
     "KB101": Code(
         meaning="An atomic process has no grounding, or several.",
-        advice="Give it one `RobotGrounding` or `ComputeGrounding` that `grounds` it.",
+        advice="Give it one `RobotGrounding`, `ComputeGrounding` or `ActionGrounding` that `grounds` it.",
     ),
     "KB103": Code(
         meaning="A composite process has no `composedOf`, or several.",
@@ -176,7 +176,7 @@ CODES: dict[str, Code] = {
     ),
     "KB120": Code(
         meaning="A grounding is not whole.",
-        advice="One `grounds`, one `serviceName`, one `timeout_s` above 0.",
+        advice="One `grounds`, one `timeout_s` above 0, and one `serviceName` if it is a service.",
     ),
     "KB121": Code(
         meaning="A field of a request or reply is not whole.",
@@ -243,6 +243,10 @@ CODES: dict[str, Code] = {
     "KB135": Code(
         meaning="A service is told the class of a thing, but its file has no entry for that class.",
         advice="Add an entry to the file, such as `HUE.yaml`, or give the thing another class.",
+    ),
+    "KB136": Code(
+        meaning="A grounding in a ROS action does not say in which.",
+        advice="One `actionName` such as `/{robot}/navigate_to_pose`, one `actionType`: `nav2_msgs/NavigateToPose`.",
     ),
     "KB140": Code(
         meaning="A location is in no area.",

@@ -31,14 +31,15 @@ class Field:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grounding:
-    """The service that executes an atomic process.
+    """The service or action that executes an atomic process.
 
     Attributes:
-        service: Name of the service; `{robot}` stands for the robot's name.
+        service: Name of the service, or of the action; `{robot}` stands for the robot's name.
         on_robot: Whether the robot offers it; else it is a compute service.
         duration_s: How long it is expected to take.
         deterministic: Whether equal requests have equal replies, but for stamps.
         cacheable: Whether an earlier reply to an equal request may stand in for a call.
+        action_type: Such as `nav2_msgs/NavigateToPose`; empty for a service.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Grounding:
     reply: tuple[Field, ...]
     deterministic: bool = False
     cacheable: bool = False
+    action_type: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,22 +81,31 @@ def read_travel_estimates(ontology: Ontology, site_folder: Path) -> dict[str, Tr
 def read_groundings(ontology: Ontology, processes: dict[str, Process], site_folder: Path) -> dict[str, Grounding]:
     """All groundings by the name of their process; shapes have checked that each is whole."""
     groundings = {}
-    for kind in (Kind.ROBOT_GROUNDING, Kind.COMPUTE_GROUNDING):
+    for kind in (Kind.ROBOT_GROUNDING, Kind.COMPUTE_GROUNDING, Kind.ACTION_GROUNDING):
+        named = Property.ACTION_NAME if kind is Kind.ACTION_GROUNDING else Property.SERVICE_NAME
         for name in ontology.individuals(kind):
             process = str(ontology.value(Property.GROUNDS, name))
             groundings[process] = Grounding(
                 name=name,
                 process=process,
-                service=str(ontology.value(Property.SERVICE_NAME, name)),
-                on_robot=kind is Kind.ROBOT_GROUNDING,
+                service=str(ontology.value(named, name)),
+                on_robot=kind is not Kind.COMPUTE_GROUNDING,
                 timeout_s=_number(ontology, Property.TIMEOUT_S, name),
                 duration_s=_number(ontology, Property.DURATION_S, process),
                 request=_fields(ontology, Property.HAS_REQUEST_FIELD, name, site_folder),
                 reply=_fields(ontology, Property.HAS_REPLY_FIELD, name, site_folder),
                 deterministic=ontology.value(Property.IS_DETERMINISTIC, process) is True,
                 cacheable=ontology.value(Property.IS_CACHEABLE, name) is True,
+                action_type=str(ontology.value(Property.ACTION_TYPE, name) or ""),
             )
     return groundings
+
+
+def must_offer(ontology: Ontology, robot: str, grounding: Grounding) -> bool:
+    """Whether a robot must offer what a grounding names: an action only if it is capable of the process."""
+    needed = ontology.values(Property.REQUIRES_CAPABILITY, grounding.process)
+    able = all(ontology.is_a(robot, str(capability)) for capability in needed)
+    return grounding.on_robot and (able or not grounding.action_type)
 
 
 def _fields(ontology: Ontology, prop: Property, grounding: str, site_folder: Path) -> tuple[Field, ...]:

@@ -40,15 +40,34 @@ class Recoveries:
     def __init__(self, ontology: Ontology) -> None:
         """Read the classes of failure, their codes and their recoveries."""
         self._ontology = ontology
-        self._classes = {
-            code.split()[-1]: failure
-            for failure in sorted(ontology.superclasses)
-            for code in map(str, ontology.values(Property.FAILURE_CODE, failure))
-        }
+        self._classes: dict[str, str] = {}
+        self._numbered: dict[tuple[str, str], tuple[str, str]] = {}
+        for failure in sorted(ontology.superclasses):
+            for code in map(str, ontology.values(Property.FAILURE_CODE, failure)):
+                source, *number, name = code.split()
+                self._classes[name] = failure
+                for key in (name, *number):
+                    self._numbered[_short(source), key] = self._numbered[_package(source), key] = (failure, name)
 
-    def failure_class(self, code: str) -> str:
-        """The class of failure that a service means by the name of a code, such as `NoPath`."""
-        return self._classes.get(code, UNKNOWN_FAILURE)
+    def failure_class(self, code: str, action_type: str = "") -> str:
+        """The class of failure that a service means by the name of a code, such as `NoPath`.
+
+        Args:
+            action_type: Whose code it is, if it is that of an action: names mean different things elsewhere.
+        """
+        known, _ = self._numbered.get((action_type, code), ("", ""))
+        return known or self._classes.get(code, UNKNOWN_FAILURE)
+
+    def code_name(self, action_type: str, number: int) -> str:
+        """The name of a result code of an action, such as `nav2_msgs/NavigateToPose`; its number if it has none.
+
+        Nav2's NavigateToPose passes on the codes of the actions that it uses: a number that the action itself has no
+        name for is looked up in all of its package.
+        """
+        for source in (action_type, _package(action_type)):
+            if found := self._numbered.get((source, str(number))):
+                return found[1]
+        return str(number)
 
     def retries(self, failure: str) -> tuple[Retry, ...]:
         """The ways to try again that may help against a class of failure, by name; those of the classes above too."""
@@ -73,3 +92,12 @@ class Recoveries:
 
 
 _NUMBERS = (Property.RECOVERY_TIME_S, Property.RECOVERY_ODDS, Property.MAX_ATTEMPTS, Property.PAUSE_S)
+
+
+def _short(source: str) -> str:
+    """The name of a type without what family it is of."""
+    return source.replace("/action/", "/").replace("/msg/", "/").replace("/srv/", "/")
+
+
+def _package(source: str) -> str:
+    return source.partition("/")[0]

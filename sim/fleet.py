@@ -20,7 +20,7 @@ from typing import Self
 
 import numpy as np
 
-from grounding.messages import Twist
+from grounding.messages import Odometry, Twist
 from kb.clock import SimClock
 from sim.doors import Door
 from sim.errors import BadScenario, ServiceRefused
@@ -110,6 +110,10 @@ class SimFleet:
     def services(self) -> Mapping[str, SimService]:
         """The services of all robots by name: `/<robot>/laser`, `base`, `kinect`, `load`, `unload`, and for doors."""
         return dict(self._services)
+
+    def odometry(self, robot: str) -> Odometry:
+        """What the wheels of a robot tell now, as programs on board see it."""
+        return self._bases[robot].odometry(self._clock.now_s)
 
     def true_pose(self, robot: str) -> Pose2:
         """Where a robot truly is: x, y (m), yaw (rad) in map. For tests and scoring only."""

@@ -1,4 +1,4 @@
-"""`concertmaster kb services`: what a robot must offer, as ROS service definitions."""
+"""`concertmaster kb services`: what a robot must offer: ROS service definitions, and names of actions."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from executive.errors import BadRequest
 from executive.exit_codes import OK
 from executive.kb_commands.options import add_site
 from kb.checking import read_site
-from kb.groundings import Field
+from kb.groundings import Field, must_offer
 from kb.learned import main_file
 from kb.vocabulary import Kind
 
@@ -30,11 +30,18 @@ def _services(options: argparse.Namespace) -> int:
     if options.robot is not None and not snapshot.ontology.is_a(options.robot, Kind.ROBOT):
         known = ", ".join(snapshot.ontology.individuals(Kind.ROBOT))
         raise BadRequest("robot", f"{options.robot} is no robot of {options.site}; its robots are {known}")
-    groundings = [g for g in snapshot.groundings.values() if g.on_robot]
+    robots = [options.robot] if options.robot else snapshot.ontology.individuals(Kind.ROBOT)
+    groundings = [
+        g for g in snapshot.groundings.values() if any(must_offer(snapshot.ontology, robot, g) for robot in robots)
+    ]
     for number, grounding in enumerate(sorted(groundings, key=lambda g: g.service)):
         if number:
             print()
-        print(f"# {grounding.service.replace('{robot}', options.robot or '{robot}')}: {grounding.process}")
+        name = grounding.service.replace("{robot}", options.robot or "{robot}")
+        if grounding.action_type:
+            print(f"# {name}: {grounding.process}, an action of type {grounding.action_type}")
+            continue
+        print(f"# {name}: {grounding.process}")
         print("\n".join([*_lines(grounding.request), "---", *_lines(grounding.reply)]))
     return OK
 

@@ -64,6 +64,7 @@ class Ros1Transport:
         types: Types,
     ) -> None:
         self._clock = clock
+        self._actions = frozenset(actions or {})
         self.dropped = Dropped()
         self._node = Node(master, complain=self.dropped.note, changed=lambda: clock.post(lambda: None))
         wire = Wire(types)
@@ -195,9 +196,14 @@ class Ros1Transport:
         asked = tuple(calls)
 
         def answered(offered: Sequence[str] | None) -> None:
-            told({call.id: offered is not None and call.service in offered for call in asked})
+            told({call.id: self._is_there(call.service, offered) for call in asked})
 
         self.services(answered)
+
+    def _is_there(self, name: str, offered: Sequence[str] | None) -> bool | None:
+        if offered is None:
+            return False
+        return None if name in self._actions else name in offered
 
     def services(self, told: Callable[[Sequence[str] | None], None]) -> None:
         """Ask the master what services there are.

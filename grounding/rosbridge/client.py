@@ -47,7 +47,7 @@ def service_types(groundings: Iterable[Grounding], robots: Iterable[str], types:
     """
     found: dict[str, ServiceType] = {}
     names = sorted(robots)
-    for grounding in sorted(groundings, key=lambda g: g.process):
+    for grounding in sorted((g for g in groundings if not g.action_type), key=lambda g: g.process):
         made = types.add_service_of(
             grounding.process,
             {field.name: field.message_type for field in grounding.request},
@@ -56,6 +56,23 @@ def service_types(groundings: Iterable[Grounding], robots: Iterable[str], types:
         for robot in names if grounding.on_robot else ("",):
             found[grounding.service.replace("{robot}", robot)] = made
     return found
+
+
+def action_types(groundings: Iterable[Grounding], robots: Iterable[str], types: Types) -> dict[str, ActionType]:
+    """The types of the actions that groundings send goals to, by full name.
+
+    Args:
+        robots: Stand for `{robot}` in the names of actions.
+
+    Raises:
+        UnknownType: There is no such type of actions.
+    """
+    return {
+        grounding.service.replace("{robot}", robot): types.action(grounding.action_type)
+        for grounding in groundings
+        if grounding.action_type
+        for robot in robots
+    }
 
 
 class RosbridgeTransport:
@@ -90,6 +107,7 @@ class RosbridgeTransport:
         rng: np.random.Generator,
     ) -> None:
         self._clock = clock
+        self._actions = frozenset(actions or {})
         self.dropped = Dropped()
         self._link = Link(
             endpoint,
@@ -226,7 +244,12 @@ class RosbridgeTransport:
 
         def answered(offered: Sequence[str] | None) -> None:
             unknown = None if self.connected else False
-            told({call.id: unknown if offered is None else call.service in offered for call in asked})
+            told(
+                {
+                    call.id: unknown if offered is None or call.service in self._actions else call.service in offered
+                    for call in asked
+                }
+            )
 
         self.services(answered)
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 
-from grounding.actions import Goal, GoalResult, GoalStatus
+from grounding.actions import Goal, GoalResult, GoalStatus, result_of
 from grounding.rosbridge.calls import coded
 from grounding.rosbridge.connection import NotSent
 from grounding.rosbridge.dropped import Dropped
@@ -120,11 +120,7 @@ class Goals:
         fields = self._read(opened.action_type.result, operation.values or {})
         if isinstance(fields, BadValue):
             return ended(goal, "BadReply", f"the result of {goal.action}: {fields}", status)
-        failure, reason = {
-            GoalStatus.SUCCEEDED: ("", ""),
-            GoalStatus.CANCELED: ("Canceled", f"{goal.action} was canceled"),
-        }.get(status, ("GoalFailed", f"{goal.action} ended with status {status.value}, {status.name}"))
-        return GoalResult(goal_id=goal.id, status=status, fields=fields, failure=failure, reason=reason)
+        return result_of(goal.id, goal.action, status, fields)
 
     def _read(self, message_type: str, values: object) -> Mapping[str, object] | BadValue:
         """Values by field, or why they are not of the type."""

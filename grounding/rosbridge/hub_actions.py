@@ -50,7 +50,8 @@ class RunningGoal:
 
         Args:
             status: SUCCEEDED, CANCELED or ABORTED.
-            reason: Why it was aborted, beginning with the class of failure: `Blocked: the door is closed`.
+            reason: Why it was aborted, beginning with the class of failure: `Blocked: the door is closed`; told where
+                there are no fields that tell it.
         """
         self._actions.end_local(self._number, status, fields, reason)
 
@@ -212,7 +213,7 @@ class Actions:
     def end_local(self, number: str, status: GoalStatus, fields: Mapping[str, object], reason: str) -> None:
         """The result of a goal of this process; for RunningGoal."""
         if number in self._goals:
-            self._end(self._goals[number], status, reason if status is GoalStatus.ABORTED else fields)
+            self._end(self._goals[number], status, fields if fields or status is not GoalStatus.ABORTED else reason)
 
     def _of(self, session: Session, action: str, id_: str | int) -> _Goal | None:
         for goal in self._goals.values():

@@ -55,7 +55,9 @@ def run(quick: bool) -> Mapping[str, Figure]:
             cpu_s, memory_mb = _let_work(fleet, task, duration_s)
             for process in far:
                 process.say("over")
-            result = task.wait_until(fleet.now_s + 10 * LONGEST_LEG_S)  # a leg, one that is told to be the last, and room
+            result = task.wait_until(
+                fleet.now_s + 10 * LONGEST_LEG_S
+            )  # a leg, one that is told to be the last, and room
             told = _told(fleet)
         seen = [process.report() for process in far]
     assert result is not None, "the task has not ended although all patrols are over"

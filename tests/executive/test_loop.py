@@ -10,12 +10,15 @@ from executive import trace
 from executive.events import (
     ActionsAreReady,
     AskActions,
+    CancelAction,
     CancelRequested,
     ChooseRecovery,
     CompileProgram,
     FactWasTold,
     FailureWasReported,
     FinishTask,
+    GoalHasEnded,
+    GoalWasSent,
     KnowledgeWasRead,
     MakePlan,
     ProgramWasCompiled,
@@ -477,3 +480,45 @@ def test_what_comes_after_the_end_of_a_task_leads_to_nothing(event: object) -> N
     """The other task is not disturbed."""
     state, _ = after(requested("one"), requested("two"), CancelRequested(task="one"))
     assert step(state, event, 9.0) == (state, [])  # type: ignore[arg-type]
+
+
+# Goals: robots go on with them until they are told not to
+
+
+def test_the_goal_of_a_canceled_task_is_canceled_and_its_robot_is_not_free_before_it_has_ended() -> None:
+    """What the next task wants of the robot waits; of another robot it does not."""
+    begun = (requested("one"), requested("two"), planned("one"), ready("one", Started(action=SWEEP)))
+    state, commands = after(*begun, GoalWasSent(number=1), CancelRequested(task="one"))
+    assert others(commands)[0] == CancelAction(number=1)
+    assert state.leases == {}
+    state, commands = step(state, ready("two", Started(action=SWEEP), Started(action=MOP)), 2.0)
+    assert others(commands) == [StartAction(number=3, task="two", action=MOP)]
+    state, commands = step(state, GoalHasEnded(number=1), 3.0)
+    assert others(commands) == [StartAction(number=2, task="two", action=SWEEP)]
+    assert step(state, GoalHasEnded(number=1), 4.0) == (state, [])
+
+
+def test_an_action_that_waited_for_its_robot_and_is_not_wanted_any_more_never_starts() -> None:
+    """Its task is canceled too."""
+    begun = (requested("one"), requested("two"), planned("one"), ready("one", Started(action=SWEEP)))
+    state, _ = after(*begun, GoalWasSent(number=1), CancelRequested(task="one"), ready("two", Started(action=SWEEP)))
+    state, commands = step(state, CancelRequested(task="two"), 2.0)
+    assert not [c for c in commands if isinstance(c, CancelAction | StartAction)]
+    assert step(state, GoalHasEnded(number=1), 3.0)[1] == []
+
+
+def test_abandoned_goals_are_canceled_and_services_are_not() -> None:
+    """A service ends by itself."""
+    begun = (requested("one"), planned("one"), ready("one", Started(action=SWEEP), Started(action=MOP)))
+    state, _ = after(*begun, GoalWasSent(number=1))
+    _, commands = step(state, ready("one", Abandoned(action=SWEEP), Abandoned(action=MOP), running=1), 2.0)
+    assert others(commands) == [CancelAction(number=1)]
+    _, commands = step(state, FailureWasReported(task="one", excluded="r1", abandoned=(SWEEP.id, MOP.id)), 2.0)
+    assert others(commands) == [CancelAction(number=1), MakePlan(task="one")]
+
+
+def test_a_goal_that_nobody_wants_when_it_was_sent_is_canceled() -> None:
+    """Its task ended in the same moment."""
+    begun = (requested("one"), planned("one"), ready("one", Started(action=SWEEP)))
+    _, commands = after(*begun, CancelRequested(task="one"), GoalWasSent(number=1))
+    assert commands == [CancelAction(number=1)]

@@ -38,6 +38,8 @@ random_events: st.SearchStrategy[events.Event] = st.one_of(
     st.builds(arrived, st.integers(1, 6), st.sampled_from([SUCCEEDED, BROKEN])),
     st.builds(events.FailureWasReported, task=tasks, excluded=st.sampled_from(["r1", None])),
     st.builds(events.CancelRequested, task=tasks),
+    st.builds(events.GoalWasSent, number=st.integers(1, 6)),
+    st.builds(events.GoalHasEnded, number=st.integers(1, 6)),
     st.builds(
         lambda removed, keeping, unfit: events.KnowledgeWasAccepted(
             knowledge=events.NewKnowledge(
@@ -145,3 +147,18 @@ def test_the_same_events_give_the_same_states_and_commands(history: list[events.
     """Folding twice, over the same starting state, changes nothing that was there before."""
     assert fold(history) == fold(history)
     assert State() == State(tasks={}, running={}, leases={}, next_number=1)
+
+
+@settings(max_examples=300, deadline=None)
+@given(histories)
+def test_nothing_starts_on_a_robot_that_has_not_ended_its_goal(history: list[events.Event]) -> None:
+    """Every goal that is let go of is canceled once; what waits for a robot is running, and is for one that stops."""
+    canceled: list[int] = []
+    for state, commands in fold(history):
+        canceled += [c.number for c in commands if isinstance(c, events.CancelAction) and c.number in state.stopping]
+        stopping = {robot for robots in state.stopping.values() for robot in robots}
+        starts = [c for c in commands if isinstance(c, events.StartAction)]
+        assert all(stopping.isdisjoint(start.action.robots) for start in starts if start.number in state.running)
+        assert state.waiting.keys() <= state.running.keys()
+        assert all(not stopping.isdisjoint(start.action.robots) for start in state.waiting.values())
+    assert len(set(canceled)) == len(canceled)

@@ -31,7 +31,7 @@ def test_a_robot_that_was_cut_off_is_back_when_it_answers_again() -> None:
     for robot in ("r1", "r2"):
         robots.offer(f"/{robot}/laser", Service(handler=lambda fields: {}, latency_s=0.0))
     faulty = FaultyTransport(robots, clock, [CUT], np.random.default_rng(1))
-    presence = Presence(faulty, clock, lambda robot: told.append((robot, clock.now_s)))
+    presence = Presence(faulty, clock, lambda fact: told.append((fact.subject, clock.now_s)))
     run_until(clock, 2.0)
     presence.lose("r1", call(1, "r1"))
     presence.lose("r1", call(2, "r1"))

@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 from executive.cli import main
-from grounding.messages import LaserScan
+from grounding.actions import Goal, GoalResult, GoalStatus
+from grounding.messages import LaserScan, pose_stamped
 from grounding.rosbridge.client import RosbridgeTransport, service_types
 from grounding.rosbridge.connection import Endpoint
 from grounding.rosbridge.types import Types
@@ -29,11 +30,15 @@ _TIMEOUT_S = 60.0
 
 
 def test_a_client_with_the_same_knowledge_drives_the_fleet_until_it_is_interrupted() -> None:
-    """The laser of a robot answers with what its grounding says; Ctrl-C ends the server as it ends every command."""
+    """Its laser answers as grounded, its navigation takes goals; Ctrl-C ends the server as it ends every command."""
     with _simulated() as (server, services, uri):
-        assert {"/amigo_1/laser", "/pico_1/base"} <= set(services)
+        assert {"/amigo_1/laser", "/pico_1/base", "/amigo_1/navigate_to_pose"} <= set(services)
         assert services == sorted(services)
         assert isinstance(_reply(Endpoint(uri=uri)).fields["scan"], LaserScan)
+        fed, driven, canceled = _drive(uri)
+        assert fed > 5
+        assert (driven.status, driven.fields["error_code"]) == (GoalStatus.SUCCEEDED, 0)
+        assert canceled.status is GoalStatus.CANCELED
         server.send_signal(signal.SIGINT)
         rest, errors = server.communicate(timeout=_TIMEOUT_S)
         assert (server.returncode, rest, errors) == (130, "", "concertmaster: interrupted\n")
@@ -90,6 +95,30 @@ def _reply(endpoint: Endpoint) -> ServiceReply:
         robots.call(ServiceCall(id=1, service="/amigo_1/laser", fields={}, timeout_s=_TIMEOUT_S), replies.append)
         clock.run_until(lambda: bool(replies))
         return replies[0]
+
+
+def _drive(uri: str) -> tuple[int, GoalResult, GoalResult]:
+    """Give a robot a goal, and another one that is canceled on the way."""
+    types, clock = Types(), WallClock()
+    action, rng = "/amigo_1/navigate_to_pose", np.random.default_rng(0)
+    known = {action: types.action("nav2_msgs/NavigateToPose")}
+    results: list[GoalResult] = []
+    fed: list[Mapping[str, object]] = []
+    with RosbridgeTransport(Endpoint(uri=uri), clock, services={}, actions=known, types=types, rng=rng) as robots:
+        assert robots.wait_connected(_TIMEOUT_S), robots.problem
+
+        def send(number: int, x_m: float) -> None:
+            fields = {"pose": pose_stamped(x_m, 1.5, 0.0, t_s=0.0)}
+            robots.send_goal(Goal(id=number, action=action, fields=fields), fed.append, results.append)
+
+        send(1, 1.6)
+        clock.run_until(lambda: bool(results))
+        before = len(fed)
+        send(2, 4.0)
+        clock.run_until(lambda: len(fed) > before + 5)
+        robots.cancel_goal(2)
+        clock.run_until(lambda: len(results) == 2)
+        return before, results[0], results[1]
 
 
 def test_an_address_that_is_taken_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from grounding.actions import Goal, GoalHandle, GoalStatus
 from grounding.faults import BadFaults, Fault, FaultKind, FaultyTransport, read_faults
 from grounding.inprocess import InProcessTransport, Service
 from grounding.transport import ServiceCall
@@ -186,3 +187,60 @@ def test_wrong_faults_are_refused_with_their_field(tmp_path: Path, old: str, new
     with pytest.raises(BadFaults) as caught:
         read_faults(tmp_path / "faults.toml")
     assert told in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "began", "came"),
+    [
+        (FaultKind.FAIL, 0, [(0.0, GoalStatus.ABORTED, "NO_VALID_PATH")]),
+        (FaultKind.HANG, 0, []),
+        (FaultKind.CUT, 0, []),
+        (FaultKind.SILENCE, 1, []),
+        (FaultKind.DELAY, 1, [(1.5, GoalStatus.SUCCEEDED, "")]),
+        (FaultKind.REPEAT, 1, [(1.0, GoalStatus.SUCCEEDED, ""), (1.5, GoalStatus.SUCCEEDED, "")]),
+    ],
+)
+def test_goals_meet_the_same_faults(kind: FaultKind, began: int, came: list[tuple[float, GoalStatus, str]]) -> None:
+    """Each kind, on a goal that would be reached after a second; the next goal is as ever."""
+    clock, handles, results = SimClock(), list[GoalHandle](), list[tuple[float, GoalStatus, str]]()
+    inner = InProcessTransport(clock)
+
+    def start(goal: GoalHandle) -> None:
+        handles.append(goal)
+        clock.call_at(clock.now_s + 1.0, lambda: goal.end(GoalStatus.SUCCEEDED, {}))
+
+    inner.offer_action("/drive", start)
+    fault = Fault(service="/drive", kind=kind, calls=frozenset({1}), code="NO_VALID_PATH", delay_s=0.5, until_s=5.0)
+    transport = FaultyTransport(inner, clock, (fault,), np.random.default_rng(1))
+
+    def send(number: int) -> None:
+        goal = Goal(id=number, action="/drive", fields={})
+        transport.send_goal(
+            goal, lambda fields: None, lambda result: results.append((clock.now_s, result.status, result.failure))
+        )
+
+    send(1)
+    assert not clock.run_until(lambda: False)
+    assert (len(handles), results) == (began, came)
+    results.clear()
+    clock.call_at(10.0, lambda: send(2))
+    assert not clock.run_until(lambda: False)
+    assert results == [(11.0, GoalStatus.SUCCEEDED, "")]
+
+
+def test_the_end_of_a_goal_is_asked_for_through_what_is_not_cut() -> None:
+    """A robot that cannot be reached goes on with its goal."""
+    clock, canceled = SimClock(), list[float]()
+    inner = InProcessTransport(clock)
+
+    def start(goal: GoalHandle) -> None:
+        goal.canceled = lambda: canceled.append(clock.now_s)
+
+    inner.offer_action("/drive", start)
+    cut = Fault(service="/drive", kind=FaultKind.CUT, from_s=2.0, until_s=4.0)
+    transport = FaultyTransport(inner, clock, (cut,), np.random.default_rng(1))
+    transport.send_goal(Goal(id=1, action="/drive", fields={}), lambda fields: None, lambda result: None)
+    for t_s in (1.0, 3.0, 5.0):
+        clock.call_at(t_s, lambda: transport.cancel_goal(1))
+    assert not clock.run_until(lambda: False)
+    assert canceled == [1.0, 5.0]

@@ -251,6 +251,32 @@ QUICK = [
     ),
     # Groundings
     fault(
+        "KB136",
+        GROUNDINGS,
+        "Base_service",
+        renamed(GROUNDINGS, "Base_service", "#RobotGrounding", "#ActionGrounding"),
+        renamed(
+            GROUNDINGS,
+            "Base_service",
+            "<core:serviceName>/{robot}/base</core:serviceName>",
+            "<core:actionName>/{robot}/base</core:actionName>",
+        ),
+        words="actionType|nav2_msgs/NavigateToPose",
+    ),
+    fault(
+        "KB136",
+        GROUNDINGS,
+        "Base_service",
+        renamed(GROUNDINGS, "Base_service", "#RobotGrounding", "#ActionGrounding"),
+        renamed(
+            GROUNDINGS,
+            "Base_service",
+            "<core:serviceName>/{robot}/base</core:serviceName>",
+            "<core:actionType>nav2_msgs/NavigateToPose</core:actionType>",
+        ),
+        words="actionName|/{robot}/navigate_to_pose",
+    ),
+    fault(
         "KB120",
         GROUNDINGS,
         "Base_service",

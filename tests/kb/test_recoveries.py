@@ -37,3 +37,23 @@ def test_what_helps_against_a_class_helps_against_those_below(recoveries: Recove
     assert recoveries.retries("SensorSilent")[1].pause_s > 0.0
     assert recoveries.retries("Canceled") == ()
     assert MOST_ATTEMPTS == 10
+
+
+@pytest.mark.parametrize(
+    ("action_type", "number", "name", "failure"),
+    [
+        ("nav2_msgs/NavigateToPose", 9002, "TF_ERROR", "TransformMissing"),
+        ("nav2_msgs/NavigateToPose", 208, "NO_VALID_PATH", "GoalUnreachable"),
+        ("nav2_msgs/FollowPath", 104, "PATIENCE_EXCEEDED", "NavigationBlocked"),
+        ("mbf_msgs/MoveBase", 11, "CANCELED", "Canceled"),
+        ("mbf_msgs/ExePath", 103, "PAT_EXCEEDED", "TimedOut"),
+        ("nav2_msgs/NavigateToPose", 4711, "4711", "UnknownFailure"),
+        ("some_msgs/Other", 208, "208", "UnknownFailure"),
+    ],
+)
+def test_a_number_is_known_by_its_action(
+    action_type: str, number: int, name: str, failure: str, recoveries: Recoveries
+) -> None:
+    """The same number means other things elsewhere; what Nav2 passes on is known too."""
+    assert recoveries.code_name(action_type, number) == name
+    assert recoveries.failure_class(name, action_type) == failure

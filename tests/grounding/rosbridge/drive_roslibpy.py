@@ -30,6 +30,7 @@ def main(port: int, transport: str) -> dict[str, Any]:
         "provided": provided(ros),
         "topic": topic(ros),
         "action": actions(ros),
+        "navigation": navigation(ros),
         "param": param(ros),
         "connected": parallel(port, transport),
     }
@@ -124,6 +125,37 @@ def actions(ros: Any) -> dict[str, Any]:
         "feedback": fed,
         "canceled": canceled["status"].value,
         "failed": failed["values"],
+    }
+
+
+def navigation(ros: Any) -> dict[str, Any]:
+    """A robot drives to a pose, is stopped on its way to another, and told one where it cannot go."""
+    client = roslibpy.ActionClient(ros, "/amigo_1/navigate_to_pose", "nav2_msgs/action/NavigateToPose")
+    results: queue.Queue[Any] = queue.Queue()
+    steps: queue.Queue[Any] = queue.Queue()
+
+    def send(x_m: float) -> Any:
+        position = {"x": x_m, "y": 1.5, "z": 0.0}
+        pose = {"position": position, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
+        goal = roslibpy.Goal({"pose": {"header": {"frame_id": "map"}, "pose": pose}, "behavior_tree": ""})
+        return client.send_goal(goal, results.put, steps.put, results.put)
+
+    send(1.6)
+    done, fed = results.get(timeout=WAIT_S), list(steps.queue)
+    steps.queue.clear()
+    goal = send(4.0)
+    for _ in range(5):
+        steps.get(timeout=WAIT_S)
+    client.cancel_goal(goal)
+    canceled = results.get(timeout=WAIT_S)
+    send(-50.0)
+    failed = results.get(timeout=WAIT_S)
+    return {
+        "done": [done["status"].value, done["values"]["error_code"]],
+        "remaining_m": [fed[0]["distance_remaining"], fed[-1]["distance_remaining"]],
+        "x_m": fed[-1]["current_pose"]["pose"]["position"]["x"],
+        "canceled": canceled["status"].value,
+        "failed": [failed["status"].value, failed["values"]["error_code"]],
     }
 
 

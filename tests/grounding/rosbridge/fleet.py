@@ -4,18 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 
 from grounding.actions import GoalStatus
+from grounding.messages import pose_stamped
+from grounding.own_navigation import OWN_NAVIGATION_TYPE, Measures, OwnNavigation
 from grounding.rosbridge.hub import Hub
 from grounding.rosbridge.hub_actions import RunningGoal
 from grounding.rosbridge.policy import Policy
 from grounding.rosbridge.server import Server, serve
 from kb.clock import SimClock
 from kb.errors import ServiceFailed
+from kb.files import SHIPPED
 from sim.fleet import SimFleet
 from sim.scenario import load_scenario
 
 STARTS = {"amigo_1": (1.0, 1.0, 0.8), "pico_1": (9.0, 1.0, 2.3)}
+MEASURES = Measures(
+    loc_map_file=SHIPPED / "sites" / "tue_lab" / "locMap.yaml",
+    nav_map_file=SHIPPED / "sites" / "tue_lab" / "navMap.yaml",
+    radius_m=0.35,
+    max_vel_lin_mps=0.7,
+    max_vel_ang_radps=1.2,
+    laser_x_m=0.2,
+    laser_y_m=0.0,
+    laser_yaw_rad=0.0,
+)
+"""Of an Amigo."""
 FIELDS: Mapping[str, tuple[Mapping[str, str], Mapping[str, str]]] = {
     "laser": ({}, {"scan": "sensor_msgs/LaserScan"}),
     "base": ({"velocity": "geometry_msgs/Twist"}, {"odometry": "nav_msgs/Odometry"}),
@@ -66,7 +81,7 @@ class Fibonacci:
 
 @contextmanager
 def fleet_server(policy: Policy | None = None) -> Iterator[tuple[Server, SimFleet]]:
-    """The robots of the tue_lab scenario, with their services, their scans as topics, and the action /fibonacci."""
+    """The robots of the tue_lab scenario: services, scans as topics, own navigation, and the action /fibonacci."""
     clock = SimClock()
     with SimFleet(load_scenario("tue_lab"), starts=STARTS, clock=clock) as fleet:
         hub = Hub(clock, policy=policy)
@@ -77,6 +92,17 @@ def fleet_server(policy: Policy | None = None) -> Iterator[tuple[Server, SimFlee
         for robot in STARTS:
             hub.topics.offer(f"/{robot}/scan", "sensor_msgs/LaserScan")
         hub.actions.offer("/fibonacci", "example_interfaces/action/Fibonacci", Fibonacci(clock).start)
+
+        for robot, pose in STARTS.items():
+            navigation = OwnNavigation(
+                MEASURES,
+                clock,
+                laser=services[f"/{robot}/laser"].handler,
+                base=services[f"/{robot}/base"].handler,
+                odometry=partial(fleet.odometry, robot),
+                told=pose_stamped(*pose, t_s=0.0),
+            )
+            hub.actions.offer(f"/{robot}/navigate_to_pose", OWN_NAVIGATION_TYPE, navigation.start)
 
         def scan() -> None:
             for robot in STARTS:

@@ -49,7 +49,7 @@ def test_roslib_drives_the_fleet() -> None:
         "rosout": True,
         "scanType": "sensor_msgs/LaserScan",
         "lasers": ["/amigo_1/laser", "/pico_1/laser"],
-        "actions": ["/fibonacci"],
+        "actions": ["/amigo_1/navigate_to_pose", "/fibonacci", "/pico_1/navigate_to_pose"],
         "decoded": {
             "position": dict.fromkeys("xyz", "float64"),
             "orientation": dict.fromkeys("xyzw", "float64"),
@@ -70,4 +70,7 @@ def test_roslib_drives_the_fleet() -> None:
     assert saw["actions"]["fed"] == 3
     assert "canceled" in saw["actions"]["canceled"]
     assert "BadOrder: order is -1, should be 0 or more" in saw["actions"]["refused"]
+    assert saw["navigation"]["done"] == {"error_code": 0, "error_msg": ""}
+    assert saw["navigation"]["remaining"] < 0.1
+    assert "canceled" in saw["navigation"]["canceled"]
     assert saw["params"] == [{"mps": 0.5}, False]

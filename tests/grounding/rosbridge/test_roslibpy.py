@@ -45,6 +45,10 @@ def test_roslibpy_drives_the_fleet(transport: str) -> None:
         "canceled": 5,
         "failed": "BadOrder: order is -1, should be 0 or more",
     }
+    drove = saw["navigation"]
+    assert (drove["done"], drove["canceled"], drove["failed"]) == ([4, 0], 5, [6, 208])
+    assert drove["x_m"] == pytest.approx(1.6, abs=0.1)
+    assert drove["remaining_m"][0] > 0.4 > 0.1 > drove["remaining_m"][1]
     assert saw["param"] == [0.5, False]
     assert saw["connected"] == 30
     assert moved_m > 0.05

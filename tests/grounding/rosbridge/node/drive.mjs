@@ -80,6 +80,22 @@ async function actions(ros) {
   return { done, fed, canceled: String(canceled), refused: String(refused) };
 }
 
+async function navigation(ros) {
+  const actionType = "nav2_msgs/action/NavigateToPose";
+  const action = new Action({ ros, name: "/amigo_1/navigate_to_pose", actionType });
+  const goal = (x) => {
+    const pose = { position: { x, y: 1.5, z: 0 }, orientation: { x: 0, y: 0, z: 0, w: 1 } };
+    return { pose: { header: { frame_id: "map" }, pose }, behavior_tree: "" };
+  };
+  let remaining = 0;
+  const fed = (feedback) => (remaining = feedback.distance_remaining);
+  const done = await answer("drive", (ok, no) => action.sendGoal(goal(1.6), ok, fed, no));
+  const canceled = await answer("stop", (ok, no) => {
+    const id = action.sendGoal(goal(4), no, () => action.cancelGoal(id), ok);
+  });
+  return { done, remaining, canceled: String(canceled) };
+}
+
 async function params(ros) {
   const speed = new Param({ ros, name: "/speed" });
   await answer("set", (ok, no) => speed.set({ mps: 0.5 }, ok, no));
@@ -103,6 +119,7 @@ const saw = {
   provided: await provided(ros, other),
   topics: await topics(ros),
   actions: await actions(ros),
+  navigation: await navigation(ros),
   params: await params(ros),
 };
 ros.close();
