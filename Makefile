@@ -15,13 +15,13 @@ demo: $(STAMP) ## two simulated robots look for an empty drink
 	concertmaster run FindEmptyDrink room=tue_lab --robots 2 --site tue_lab
 
 test: check ## the checks and the tests, in a few minutes
-	pytest -n auto --dist worksteal -m "not slow and not node and not ros1 and not ray"
+	pytest -n auto --dist worksteal -m "not slow and not node and not ros1 and not ros2 and not ray"
 
 test-all: check ## the checks and all tests, the slow ones and those of the extras too
 	pytest -n auto --dist worksteal
 
-EXTRAS ?= node or ros1 or ray
-test-extras: $(STAMP) ## the tests of what is optional: Node.js clients of rosbridge, ROS 1, Ray
+EXTRAS ?= node or ros1 or ros2 or ray
+test-extras: $(STAMP) ## the tests of what is optional: Node.js clients of rosbridge, ROS 1, ROS 2, Ray
 	pytest -m "$(EXTRAS)"
 
 check: $(STAMP) ## lint, format, types, layers
@@ -44,7 +44,7 @@ $(STAMP): pyproject.toml requirements.lock .ci/setup .ci/packages
 	.ci/setup
 	touch $@
 
-extras: ## install what is optional, as far as that is possible here: Node.js, ROS 1, Ray
+extras: ## install what is optional, as far as that is possible here: Node.js, ROS 1, ROS 2, Ray
 	.ci/extras
 
 peers: $(STAMP) ## install up-tamer, which the planner's benchmark compares with (its licence: educational use)

@@ -59,7 +59,8 @@ def make_parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--connect",
         metavar="WHERE",
-        help="robots elsewhere: address of their rosbridge server or ROS 1 master, or a file (TOML) with one for each",
+        help="robots elsewhere: address of their rosbridge server or ROS 1 master, ros2: for ROS 2, or a file (TOML) "
+        "with one for each",
     )
     run.add_argument("--faults", type=Path, help="what goes wrong with calls to services (TOML)")
     run.add_argument(

@@ -1,4 +1,4 @@
-"""Puts the parts together of a fleet that is elsewhere: robots behind rosbridge servers, or in ROS 1, in real time.
+"""Puts the parts together of a fleet that is elsewhere: robots behind rosbridge servers, in ROS 2 or 1, in real time.
 
 What a robot does is called over its connection; what is computed runs here. Planning and deciding take the time that
 they take.
@@ -27,8 +27,9 @@ from grounding.inprocess import InProcessTransport, Service
 from grounding.placed import Placed
 from grounding.ros1.client import Ros1Transport
 from grounding.ros1.node import Master
+from grounding.ros2.client import Ros2Transport
 from grounding.rosbridge.client import RosbridgeTransport, action_types, service_types
-from grounding.rosbridge.endpoints import Reached, reached
+from grounding.rosbridge.endpoints import ROS_2, Reached, reached
 from grounding.rosbridge.types import Types
 from grounding.runner import ComputeTransport
 from grounding.transport import ServiceCall, ServiceReply, Transport
@@ -55,7 +56,7 @@ def open_connected(given: Given, connect: str | Path) -> Parts:
 
     Args:
         connect: Where they are: the address of a rosbridge server that has them all (`ws://`, `wss://`), that of the
-            master of ROS 1 (`http://`), or a file (see grounding/rosbridge/endpoints.py).
+            master of ROS 1 (`http://`), `ros2:` for ROS 2, or a file (see grounding/rosbridge/endpoints.py).
 
     Raises:
         NotConnected: A robot does not answer.
@@ -135,10 +136,12 @@ class ConnectedRobots:
             services = service_types(groundings, self._at(one), types)
             actions = action_types(groundings, self._at(one), types)
             rng = np.random.default_rng([seed, _OF_DELAYS, number])
-            self._connections[one] = (
-                Ros1Transport(one, clock, services=services, actions=actions, types=types)
-                if isinstance(one, Master)
-                else RosbridgeTransport(
+            if isinstance(one, Master):
+                made: _Connection = Ros1Transport(one, clock, services=services, actions=actions, types=types)
+            elif one.endpoint.uri == ROS_2:
+                made = Ros2Transport(clock, services=services, actions=actions, types=types, rng=rng)
+            else:
+                made = RosbridgeTransport(
                     one.endpoint,
                     clock,
                     services=services,
@@ -147,8 +150,8 @@ class ConnectedRobots:
                     binary=one.binary,
                     rng=rng,
                 )
-            )
-            self._by_service |= dict.fromkeys([*services, *actions], self._connections[one])
+            self._connections[one] = made
+            self._by_service |= dict.fromkeys([*services, *actions], made)
             self._actions |= actions.keys()
 
     @property

@@ -133,7 +133,8 @@ class Fleet:
             compute: Settings (TOML) that say which compute services run in worker processes; none if left out.
             faults: What goes wrong with calls (TOML); nothing if left out.
             connect: Where the robots are, in real time: the address of a rosbridge server that has them all, that of
-                the master of ROS 1, or a file (TOML) that names a server for each. They are simulated if left out.
+                the master of ROS 1, `ros2:` for ROS 2, or a file (TOML) that names a server for each. They are
+                simulated if left out.
 
         Raises:
             ConcertmasterError: Something given is not usable, or a robot cannot be reached; nothing was started.

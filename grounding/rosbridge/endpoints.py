@@ -8,6 +8,9 @@ binary = true                       # the server is ours: calls go as CBOR, whic
 
 [robots.pico_1]
 uri = "ws://pico-1:9090"
+
+[robots.sim_1]
+uri = "ros2:"                       # in ROS 2, without a rosbridge server
 """
 
 from __future__ import annotations
@@ -19,6 +22,9 @@ from pathlib import Path
 from grounding.rosbridge.connection import Endpoint
 from kb.errors import BadFile
 from kb.section import Section, read_file
+
+ROS_2 = "ros2:"
+"""What stands for the graph of ROS 2 in place of an address."""
 
 
 class BadEndpoints(BadFile):
@@ -41,14 +47,14 @@ def reached(where: str | Path, robots: Iterable[str], environment: Mapping[str, 
     """How each robot is reached.
 
     Args:
-        where: The address of a server that has them all (`ws://...`, `wss://...`), or a file.
+        where: The address of a server that has them all (`ws://...`, `wss://...`), `ros2:`, or a file.
         environment: The variables that are set.
 
     Raises:
         BadEndpoints: The file is wrong, names a variable that is not set, or does not name exactly these robots.
     """
     names = sorted(robots)
-    if isinstance(where, str) and where.startswith(("ws://", "wss://")):
+    if isinstance(where, str) and where.startswith(("ws://", "wss://", ROS_2)):
         return dict.fromkeys(names, Reached(endpoint=Endpoint(uri=where)))
     file = Path(where)
     top = read_file(file, BadEndpoints)

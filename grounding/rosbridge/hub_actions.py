@@ -86,10 +86,14 @@ class Actions:
 
     Args:
         node: Name of this process among the providers.
+
+    Attributes:
+        out_of_reach: Why actions that there are cannot be used, by name.
     """
 
     def __init__(self, types: Types, clock: Clock, node: str) -> None:
         self._types, self._clock, self._node = types, clock, node
+        self.out_of_reach: Mapping[str, str] = {}
         self._actions: dict[str, _Action] = {}
         self._goals: dict[str, _Goal] = {}
         self._count = 0
@@ -133,7 +137,8 @@ class Actions:
     def send_goal(self, session: Session, operation: SendActionGoal) -> None:
         action = self._actions.get(resolved(operation.action))
         if action is None:
-            raise Refused("NoSuchAction", f"there is no action {operation.action}")
+            why = self.out_of_reach.get(resolved(operation.action), "")
+            raise Refused("NoSuchAction", why or f"there is no action {operation.action}")
         if self._types.action(operation.action_type) != action.type:
             problem = f"action {operation.action} has type {action.type.name}, not {operation.action_type}"
             raise Refused("BadRequest", problem)

@@ -49,10 +49,14 @@ class Services:
     Args:
         timeout_s: Of calls to clients that do not say how long they wait.
         node: Name of this process among the providers.
+
+    Attributes:
+        out_of_reach: Why services that there are cannot be called, by name.
     """
 
     def __init__(self, types: Types, clock: Clock, node: str, timeout_s: float) -> None:
         self._types, self._clock, self._node, self._timeout_s = types, clock, node, timeout_s
+        self.out_of_reach: Mapping[str, str] = {}
         self._services: dict[str, _Service] = {}
         self._calls: dict[str, _Call] = {}
         self._count = 0
@@ -101,7 +105,8 @@ class Services:
     def call(self, session: Session, operation: CallService) -> None:
         service = self._services.get(resolved(operation.service))
         if service is None:
-            raise Refused("NoSuchService", f"there is no service {operation.service}")
+            why = self.out_of_reach.get(resolved(operation.service), "")
+            raise Refused("NoSuchService", why or f"there is no service {operation.service}")
         now_s = self._clock.now_s
         fields = fields_from_tree(service.type.request, operation.args, now_s=now_s, types=self._types)
         self._count += 1
@@ -118,7 +123,7 @@ class Services:
         )
         encoding = service.provider.encoding("none")
         tree = fields_to_tree(service.type.request, fields, numbers=numbers_in(encoding), types=self._types)
-        forwarded = CallService(service=service.advertised_as, id=number, args=tree)
+        forwarded = CallService(service=service.advertised_as, id=number, args=tree, timeout=wait_s)
         service.provider.answer(forwarded, compression=encoding)
 
     def answered(self, session: Session, operation: ServiceResponse) -> None:

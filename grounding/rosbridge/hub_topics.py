@@ -23,12 +23,17 @@ _MOST_LATCHED_BYTES = 256_000_000
 
 @dataclass(frozen=True, slots=True)
 class TopicInfo:
-    """A topic as rosapi tells of it; publishers and subscribers by their node names."""
+    """A topic as rosapi tells of it; publishers and subscribers by their node names.
+
+    Attributes:
+        latched: Whether a client keeps its messages for who comes later.
+    """
 
     name: str
     type: str
     publishers: tuple[str, ...]
     subscribers: tuple[str, ...]
+    latched: bool = False
 
 
 class _Message:
@@ -152,10 +157,14 @@ class Topics:
 
     Args:
         node: Name of this process among the publishers and subscribers.
+
+    Attributes:
+        changed: Called when a client has begun or ended to publish or to listen.
     """
 
     def __init__(self, types: Types, clock: Clock, node: str) -> None:
         self._types, self._clock, self._node = types, clock, node
+        self.changed: Callable[[], None] = lambda: None
         self._topics: dict[str, _Topic] = {}
         self._count = 0
 
@@ -167,6 +176,12 @@ class Topics:
             UnknownType: There is no such type.
         """
         self._topic(name, message_type).local = latch
+
+    def withdraw(self, name: str) -> None:
+        """Say that this process publishes no more on a topic that was offered."""
+        topic = self._topics[resolved(name)]
+        topic.local = None
+        self._forget_if_idle(topic)
 
     def say(self, name: str, message: object) -> None:
         """Publish a ROS message from this process, on a topic that was offered."""
@@ -202,6 +217,7 @@ class Topics:
                 topic.type,
                 own * (topic.local is not None) + tuple(s.name for s in topic.publishers),
                 own * bool(topic.listeners) + tuple(s.name for s in topic.subscribers),
+                any(topic.publishers.values()),
             )
             for _, topic in sorted(self._topics.items())
         ]
@@ -210,6 +226,7 @@ class Topics:
         message_type = self._types.message(operation.type)
         session.hold("publisher", resolved(operation.topic))
         self._topic(operation.topic, message_type).publishers[session] = operation.latch
+        self.changed()
 
     def unadvertise(self, session: Session, operation: Unadvertise) -> None:
         topic = self._topics.get(resolved(operation.topic))
@@ -242,6 +259,7 @@ class Topics:
         subscriber.wishes[operation.id] = operation
         if is_new and topic.latched is not None:
             subscriber.offer(topic.latched)
+        self.changed()
 
     def unsubscribe(self, session: Session, operation: Unsubscribe) -> None:
         topic = self._topics.get(resolved(operation.topic))
@@ -295,10 +313,12 @@ class Topics:
         if not topic.publishers and topic.local is None:
             topic.latched, topic.latched_bytes = None, 0
         self._forget_if_idle(topic)
+        self.changed()
 
     def _remove_subscriber(self, topic: _Topic, session: Session) -> None:
         topic.subscribers.pop(session).stop()
         self._forget_if_idle(topic)
+        self.changed()
 
     def _forget_if_idle(self, topic: _Topic) -> None:
         if topic.idle and self._topics.get(topic.name) is topic:

@@ -12,7 +12,8 @@ At last the same with planner and real services: FindEmptyDrink by two simulated
 in real time; the cycles between the first and the last one of each robot.
 
 Where ROS 1 is installed, the cycle is measured over it too, with our transport on both sides, beside the time of a call
-of the base as rospy makes it if nothing is said: over a new connection each time.
+of the base as rospy makes it if nothing is said: over a new connection each time. Where ROS 2 is installed, the time of
+a call of a service of another process in it (`ros2_call_ms`).
 """
 
 from __future__ import annotations
@@ -36,8 +37,11 @@ from grounding.ros1.client import Ros1Transport
 from grounding.ros1.installed import ros
 from grounding.ros1.node import Master
 from grounding.ros1.wire import Wire
+from grounding.ros2 import installed
+from grounding.ros2.client import Ros2Transport
 from grounding.rosbridge.client import RosbridgeTransport
 from grounding.rosbridge.connection import Endpoint
+from grounding.rosbridge.types import Types
 from grounding.transport import ServiceCall, ServiceReply, Transport
 from kb.clock import WallClock
 from kb.files import SHIPPED
@@ -46,6 +50,7 @@ from tests.benchmarks.canned import CAMERA, CYCLE, ROBOTS, Canned, far_end_proce
 from tests.benchmarks.canned_ros1 import far_end_in_ros_1
 from tests.benchmarks.decisions import decisions
 from tests.benchmarks.harness import Figure, main
+from tests.contracts.ros2_graph import graph, stock_robot
 
 PAPER_HZ = 0.1
 
@@ -69,6 +74,8 @@ def run(quick: bool) -> Mapping[str, Figure]:
     if shutil.which("rosmaster"):
         with far_end_in_ros_1() as master:
             figures |= _ros_1(canned, master, seconds)
+    if installed.FOLDER.is_dir():
+        figures["ros2_call_ms"] = _ros_2_call_ms(seconds)
     return figures
 
 
@@ -139,6 +146,27 @@ def _ros_1(canned: Canned, master: Master, seconds: float) -> Mapping[str, float
                 calls += 1
         one_shot_ms = 1000.0 * (time.perf_counter() - begun) / calls
     return {"ros1_hz": hz, "ros1_call_ms": 1000.0 / base_hz, "ros1_new_connection_call_ms": one_shot_ms}
+
+
+def _ros_2_call_ms(seconds: float) -> float:
+    """The time of a call, on average, one after the other."""
+    clock, types, ids = WallClock(), Types(), count()
+    services = {"/stock/trigger": types.service("std_srvs/Trigger")}
+
+    def call_next() -> None:
+        transport.call(ServiceCall(id=next(ids), service="/stock/trigger", fields={}, timeout_s=60.0), took)
+
+    def took(reply: ServiceReply) -> None:
+        assert not reply.failure, reply.reason
+        call_next()
+
+    rng = np.random.default_rng(1)
+    with graph(), stock_robot(), Ros2Transport(clock, services=services, types=types, rng=rng) as transport:
+        assert transport.wait_connected(30.0), transport.problem
+        call_next()
+        begun = time.perf_counter()
+        clock.run_until(lambda: time.perf_counter() - begun >= seconds)
+        return 1000.0 * (time.perf_counter() - begun) / next(ids)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -41,7 +41,12 @@ def marks_of(page: Path) -> list[pytest.MarkDecorator]:
     blocks = list(blocks_of(page))
     commands = [command for block in blocks for command in commands_of(block)]
     slow = [pytest.mark.slow] if any(map(moves_robots, blocks)) or len(commands) > MANY_COMMANDS else []
-    return [*slow, pytest.mark.ros1] if any("grounding.ros1" in block.text for block in blocks) else slow
+    extras = [
+        getattr(pytest.mark, name)
+        for name in ("ros1", "ros2")
+        if any(f"grounding.{name}." in block.text for block in blocks)
+    ]
+    return [*slow, *extras]
 
 
 RUNNABLE = [

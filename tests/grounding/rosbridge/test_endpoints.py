@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from grounding.rosbridge.connection import Endpoint
-from grounding.rosbridge.endpoints import BadEndpoints, Reached, reached
+from grounding.rosbridge.endpoints import ROS_2, BadEndpoints, Reached, reached
 
 ROBOTS = ("pico_1", "amigo_1")
 
@@ -23,6 +23,8 @@ def test_one_address_may_be_that_of_all() -> None:
     """Of whatever robots there are."""
     here = Reached(endpoint=Endpoint(uri="wss://fleet.example.org/bridge"))
     assert reached("wss://fleet.example.org/bridge", ROBOTS, {}) == {"amigo_1": here, "pico_1": here}
+    ros_2 = Reached(endpoint=Endpoint(uri=ROS_2))
+    assert reached(ROS_2, ROBOTS, {}) == {"amigo_1": ros_2, "pico_1": ros_2}
 
 
 def test_a_file_tells_where_each_robot_is(tmp_path: Path) -> None:

@@ -212,6 +212,41 @@ def test_topics_of_this_process(types: Types, clock: SimClock) -> None:
     assert len(heard) == 1
 
 
+def test_who_leads_a_hub_is_told_who_publishes_and_listens(types: Types, clock: SimClock) -> None:
+    """At once, with whether messages are kept; and what it offered no more is gone."""
+    hub = _hub(types, clock)
+    seen: list[tuple[int, int, bool]] = []
+
+    def look() -> None:
+        chats = [topic for topic in hub.topics.told() if topic.name == "/chat"]
+        seen.append((len(chats[0].publishers), len(chats[0].subscribers), chats[0].latched) if chats else (0, 0, False))
+
+    hub.topics.changed = look
+    client = Client(hub, clock)
+    client.send("subscribe", topic="/chat", type="std_msgs/String")
+    client.send("advertise", topic="/chat", type="std_msgs/String", latch=True)
+    client.send("unsubscribe", topic="/chat")
+    client.leave()
+    assert seen == [(0, 1, False), (1, 1, True), (1, 0, True), (0, 0, False)]
+    hub.topics.offer("/chat", _STRING)
+    hub.topics.withdraw("/chat")
+    assert "/chat" not in [topic.name for topic in hub.topics.told()]
+
+
+def test_what_is_there_and_out_of_reach_is_told_with_the_reason(types: Types, clock: SimClock) -> None:
+    """In place of the word that there is nothing."""
+    hub = _hub(types, clock)
+    hub.services.out_of_reach = {"/dock": "there is a service /dock, but it cannot be used"}
+    hub.actions.out_of_reach = {"/drive": "there is an action /drive, but it cannot be used"}
+    client = Client(hub, clock)
+    client.send("call_service", service="dock", id="c1")
+    client.gets(
+        "service_response", id="c1", result=False, values=f"NoSuchService: {hub.services.out_of_reach['/dock']}"
+    )
+    client.send("send_action_goal", action="/drive", action_type="example_interfaces/Fibonacci", id="g1")
+    client.gets("action_result", id="g1", values=f"NoSuchAction: {hub.actions.out_of_reach['/drive']}")
+
+
 def test_an_action_of_this_process_gives_feedback_and_one_result(types: Types, clock: SimClock) -> None:
     """What is told after the end is passed over; a cancel reaches who carries it out."""
     hub = _hub(types, clock)
