@@ -15,14 +15,12 @@ import numpy as np
 
 from executive.errors import BadRequest
 from executive.live import LiveKnowledge
+from executive.opening import Given, begin, check_groundings, check_kept, prepare, start_of
 from executive.pace import REAL
-from executive.recorder import Recorder
-from executive.shell import Shell
-from executive.trace import FleetOpened
-from executive.wiring import OF_FAULTS, Given, Parts, check_groundings, check_kept, prepare, start_of
+from executive.wiring import Parts
 from grounding.actions import Carrier, Goal, GoalResult
 from grounding.compute.settings import ComputeSettings, read_settings
-from grounding.faults import FaultyTransport, read_faults
+from grounding.faults import read_faults
 from grounding.inprocess import InProcessTransport, Service
 from grounding.placed import Placed
 from grounding.ros1.client import Ros1Transport
@@ -37,9 +35,8 @@ from kb.clock import WallClock
 from kb.errors import ConcertmasterError
 from kb.files import SHIPPED
 from kb.store import KnowledgeBase, Snapshot
-from kb.terms import Fluent
 from kb.user_folders import cache_folder
-from kb.vocabulary import Kind, Property
+from kb.vocabulary import Kind
 
 _PATIENCE_S = 10.0
 """For a robot to answer when the fleet is opened."""
@@ -86,25 +83,8 @@ def open_connected(given: Given, connect: str | Path) -> Parts:
         world.check(snapshot)
         world.adapt(snapshot)
         on_error.pop_all()
-    recorder = Recorder(given.trace)
     routed = _Routed(robots, own, ComputeTransport(clock, placed))
-    chance = np.random.default_rng([seed, OF_FAULTS])
-    shell = Shell(base, FaultyTransport(routed, clock, injected, chance), clock, recorder, REAL)
-    for name, pose in poses.items():
-        shell.remember(Fluent(Property.HAS_POSE_ESTIMATE, name), pose)
-    recorder.record(
-        FleetOpened(
-            t_s=clock.now_s,
-            site=given.site,
-            robots=names,
-            knowledge=snapshot.ontology.files.digest,
-            scenario="",
-            seed=seed,
-            compute=str(given.compute or ""),
-            faults=str(given.faults or ""),
-            connect=str(connect),
-        )
-    )
+    shell = begin(given, base, routed, clock, REAL, poses, faults=injected, seed=seed, connect=str(connect))
     live = LiveKnowledge(base, shell, world)
     return Parts(knowledge=base, transport=own, shell=shell, clock=clock, robots=robots, live=live, compute=placed)
 

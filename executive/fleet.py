@@ -21,10 +21,11 @@ from executive.errors import BadRequest
 from executive.goals import check_goal, recipe_file, store_recipe
 from executive.live import KnowledgeProposal
 from executive.metrics import Metrics
+from executive.opening import Given
 from executive.request import TaskRequest, check_fact, check_request
 from executive.shell import TaskResult
 from executive.trace import TraceEvent
-from executive.wiring import Given, Parts, open_simulated
+from executive.wiring import Parts, open_simulated
 from grounding.inprocess import Handler
 from kb.errors import ConcertmasterError, InternalError
 from kb.history import Fact, Known

@@ -3,50 +3,33 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Protocol
-
-import numpy as np
 
 from executive.errors import BadRequest
 from executive.live import LiveKnowledge
+from executive.opening import Given, Robots, begin, check_groundings, check_kept, prepare, start_of
 from executive.pace import SIMULATED
-from executive.recorder import Recorder
 from executive.shell import Shell
-from executive.trace import FleetOpened
-from executive.travel import PLACES, STARTS
-from grounding.compute.registry import is_compute_service, wrong_fields
-from grounding.compute.settings import BadComputeSettings, ComputeSettings, read_settings
-from grounding.errors import GroundingError
-from grounding.faults import FaultyTransport, read_faults
-from grounding.ground import pose_of
+from grounding.compute.settings import ComputeSettings, read_settings
+from grounding.faults import read_faults
 from grounding.inprocess import Handler, InProcessTransport, Service
-from grounding.messages import OccupancyGrid, PoseStamped, is_type, xyyaw
+from grounding.messages import OccupancyGrid, PoseStamped, xyyaw
 from grounding.own_navigation import Measures, OwnNavigation
 from grounding.placed import Placed
 from grounding.runner import compute as compute_here
 from grounding.runner import compute_services
 from kb.clock import Clock, SimClock
 from kb.files import SHIPPED
-from kb.groundings import must_offer
 from kb.history import Source, SourceKind
 from kb.store import KnowledgeBase, Snapshot
-from kb.terms import Fluent
 from kb.user_folders import cache_folder
 from kb.vocabulary import Kind, Property
 from sim.fleet import SimFleet
 from sim.scenario import Scenario, builtin_scenarios, load_scenario
-
-
-class Robots(Protocol):
-    """What has to be ended with a fleet."""
-
-    def close(self) -> None:
-        """End it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,27 +56,6 @@ class Parts:
         return self.robots
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Given:
-    """What a fleet is opened with, wherever its robots are.
-
-    Attributes:
-        knowledge: Folder of ontologies; the shipped ones if None.
-        seed: Of all chance; the scenario's if None.
-        services: Compute services beside ours, by name; in simulated time, each takes as long as its process says.
-        compute: Settings: where compute services run.
-        faults: What goes wrong with calls.
-    """
-
-    site: str
-    knowledge: str | Path | None
-    seed: int | None
-    trace: Path | None
-    services: Mapping[str, Handler]
-    compute: Path | None
-    faults: Path | None
-
-
 def open_simulated(given: Given, scenario: str | Path | None) -> Parts:
     """Load the knowledge of a site and start a simulated fleet there.
 
@@ -115,22 +77,16 @@ def open_simulated(given: Given, scenario: str | Path | None) -> Parts:
         check_groundings(snapshot, transport.offers, list(poses))
         on_error.pop_all()
     chosen_seed = world.scenario.seed if given.seed is None else given.seed
-    recorder = Recorder(given.trace)
-    chance = np.random.default_rng([chosen_seed, OF_FAULTS])
-    shell = Shell(base, FaultyTransport(transport, clock, injected, chance), clock, recorder, SIMULATED)
-    for name, pose in poses.items():
-        shell.remember(Fluent(Property.HAS_POSE_ESTIMATE, name), pose)
-    recorder.record(
-        FleetOpened(
-            t_s=clock.now_s,
-            site=given.site,
-            robots=list(poses),
-            knowledge=snapshot.ontology.files.digest,
-            scenario=str(world.named),
-            seed=chosen_seed,
-            compute=str(given.compute or ""),
-            faults=str(given.faults or ""),
-        )
+    shell = begin(
+        given,
+        base,
+        transport,
+        clock,
+        SIMULATED,
+        poses,
+        faults=injected,
+        seed=chosen_seed,
+        scenario=str(world.named),
     )
     live = LiveKnowledge(base, shell, SimulatedWorld(transport, clock, frozenset(poses), placed))
     return Parts(
@@ -174,10 +130,6 @@ def simulated(base: KnowledgeBase, scenario: str | Path | None, seed: int | None
     starts = {name: xyyaw(pose.pose) for name, pose in poses.items()}
     fleet = SimFleet(world, starts=starts, clock=clock, seed=seed)
     return Simulated(named=named, scenario=world, poses=poses, clock=clock, fleet=fleet)
-
-
-OF_FAULTS = 1
-"""Keeps the chance of faults apart from that of the simulator, which has the same seed."""
 
 
 def _transport(
@@ -249,26 +201,6 @@ def _offer_compute(transport: InProcessTransport, snapshot: Snapshot, clock: Sim
         transport.offer(name, offered)
 
 
-def prepare(snapshot: Snapshot, placed: Placed) -> None:
-    """Let compute services read what is beside the files of knowledge, and keep what it says is always the same."""
-    groundings = snapshot.groundings.values()
-    for file in {field.file for g in groundings for field in g.request if field.file is not None}:
-        placed.allow(file.parent)
-    placed.may_keep({g.service for g in groundings if g.cacheable and g.deterministic and not g.on_robot})
-
-
-def check_kept(snapshot: Snapshot, settings: ComputeSettings, file: Path | None) -> None:
-    """Only what is always the same may be kept for later runs.
-
-    Raises:
-        BadComputeSettings: Something else is to be kept.
-    """
-    for service in settings.cache.on_disk:
-        if not any(g.service == service and g.deterministic and not g.on_robot for g in snapshot.groundings.values()):
-            told = f"no process with isDeterministic true is grounded in {service}, so that its replies cannot be kept"
-            raise BadComputeSettings(str(file), "cache.on_disk", told)
-
-
 class SimulatedWorld:
     """Whether the simulated robots and the services are as knowledge says; they are there from the beginning."""
 
@@ -314,52 +246,11 @@ def _scenario_for(site: str) -> str:
     return site if site in names else names[0]
 
 
-def check_groundings(snapshot: Snapshot, offers: Callable[[str], bool], robots: list[str]) -> None:
-    """What can be found out before anything moves: services that are not there, fields and types they don't have.
-
-    Args:
-        offers: Whether there is a service of this full name.
-
-    Raises:
-        GroundingError: Something is not there.
-    """
-    for grounding in snapshot.groundings.values():
-        for field in (*grounding.request, *grounding.reply):
-            if not is_type(field.message_type):
-                raise GroundingError(grounding.process, field.name, f"there is no ROS type {field.message_type}")
-        if grounding.on_robot:
-            what = "action" if grounding.action_type else "service"
-            for robot in robots:
-                name = grounding.service.replace("{robot}", robot)
-                if must_offer(snapshot.ontology, robot, grounding) and not offers(name):
-                    raise GroundingError(grounding.process, grounding.name, f"{robot} offers no {what} {name}")
-        elif offers(grounding.service) and not is_compute_service(grounding.service):
-            continue  # what fields it takes, only whoever offers it knows
-        elif wrong := wrong_fields(grounding.service, {field.name for field in grounding.request}):
-            raise GroundingError(grounding.process, grounding.name, wrong)
-    for estimate in snapshot.travel_estimates:
-        if wrong := wrong_fields(estimate.service, {STARTS, PLACES, *(field.name for field in estimate.request)}):
-            raise GroundingError("TravelDuration", estimate.service, wrong)
-
-
 def _told(scenario: Scenario) -> list[tuple[str, str]]:
     """What a scenario says of where things are, over what the ontology says."""
     told = [(robot.name, robot.start) for robot in scenario.robots]
     told += [(thing.name, thing.believed_at) for thing in scenario.objects]
     return [(name, place) for name, place in told if place is not None]
-
-
-def start_of(robot: str, snapshot: Snapshot) -> PoseStamped:
-    """Where a robot stands at first.
-
-    Raises:
-        BadRequest: It is not known.
-    """
-    place = snapshot.value(Property.LOCATED_AT, robot)
-    if place is None:
-        told = f"it is not known where {robot} stands; give it locatedAt in the ontology, or start in the scenario"
-        raise BadRequest(robot, told)
-    return pose_of(str(place), snapshot, t_s=0.0)
 
 
 def _check_names(snapshot: Snapshot, scenario: Scenario) -> None:
