@@ -9,6 +9,7 @@ from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 from executive.errors import BadRequest
+from executive.simulated_topics import offer_topics
 from executive.wiring import Simulated, own_navigations, robot_handlers, simulated
 from grounding.inprocess import Handler
 from grounding.own_navigation import OWN_NAVIGATION_TYPE
@@ -53,7 +54,7 @@ def serve_simulated(
         package: Folder into which the types of the services are written as a package of ROS 1.
 
     Yields:
-        The server, and the names of the services and actions.
+        The server, and the names of the services, actions and topics.
 
     Raises:
         ConcertmasterError: The site, its ontology, the scenario or the address is not usable, or the master is not
@@ -83,6 +84,7 @@ def serve_simulated(
         for name, navigation in navigations.items():
             hub.actions.offer(name, OWN_NAVIGATION_TYPE, navigation.start)
             offered.append(name)
+        offered += offer_topics(hub, world.clock, world.fleet, world.poses, handlers)
         try:
             server = open_parts.enter_context(
                 serve(hub, world.clock, host=host, port=port, tls=allowed.tls, max_sessions=allowed.clients)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import socket
@@ -16,7 +17,7 @@ import pytest
 
 from executive.cli import main
 from grounding.actions import Goal, GoalResult, GoalStatus
-from grounding.messages import LaserScan, pose_stamped
+from grounding.messages import Image, LaserScan, Odometry, Twist, Vector3, pose_stamped
 from grounding.rosbridge.client import RosbridgeTransport, service_types
 from grounding.rosbridge.connection import Endpoint
 from grounding.rosbridge.types import Types
@@ -95,6 +96,46 @@ def _reply(endpoint: Endpoint) -> ServiceReply:
         robots.call(ServiceCall(id=1, service="/amigo_1/laser", fields={}, timeout_s=_TIMEOUT_S), replies.append)
         clock.run_until(lambda: bool(replies))
         return replies[0]
+
+
+def test_who_watches_sees_scans_pictures_and_how_far_a_robot_has_driven() -> None:
+    """On topics, as often as is said; it drives by velocities, and stands when they end."""
+    types, clock, rng = Types(), WallClock(), np.random.default_rng(0)
+    with (
+        _simulated() as (_, names, uri),
+        RosbridgeTransport(Endpoint(uri=uri), clock, services={}, types=types, rng=rng) as robots,
+    ):
+        assert robots.wait_connected(_TIMEOUT_S), robots.problem
+        assert {"/pico_1/scan", "/amigo_1/odom", "/amigo_1/cmd_vel"} <= set(names)
+        scans: list[object] = []
+        scan = robots.subscribe("/pico_1/scan", "sensor_msgs/LaserScan", scans.append)
+        odometry = robots.subscribe("/amigo_1/odom", "nav_msgs/Odometry")
+        pictures = [
+            robots.subscribe(f"/pico_1/camera/{kind}/image_raw", "sensor_msgs/Image") for kind in ("color", "depth")
+        ]
+        clock.run_until(lambda: len(scans) >= 5 and odometry.newest is not None and all(p.newest for p in pictures))
+        assert isinstance(scan.newest, LaserScan)
+        assert [p.newest.encoding for p in pictures if isinstance(p.newest, Image)] == ["rgb8", "32FC1"]
+        robots.advertise("/amigo_1/cmd_vel", "geometry_msgs/Twist")
+        zero = Vector3(x=0.0, y=0.0, z=0.0)
+        driven_m = 0.0
+
+        def drive() -> None:
+            robots.publish("/amigo_1/cmd_vel", Twist(linear=Vector3(x=0.3, y=0.0, z=0.0), angular=zero))
+            if driven_m < 0.2:
+                clock.call_at(clock.now_s + 0.1, drive)
+
+        def far() -> bool:
+            nonlocal driven_m
+            assert isinstance(odometry.newest, Odometry)
+            at = odometry.newest.pose.pose.position
+            driven_m = math.hypot(at.x, at.y)
+            return driven_m >= 0.2
+
+        drive()
+        clock.run_until(far)
+        clock.run_until(lambda: isinstance(odometry.newest, Odometry) and odometry.newest.twist.twist.linear.x == 0.0)
+        assert driven_m < 0.6
 
 
 def _drive(uri: str) -> tuple[int, GoalResult, GoalResult]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 
+from executive.simulated_topics import offer_topics
 from grounding.actions import GoalStatus
 from grounding.messages import pose_stamped
 from grounding.own_navigation import OWN_NAVIGATION_TYPE, Measures, OwnNavigation
@@ -41,7 +42,6 @@ FIELDS: Mapping[str, tuple[Mapping[str, str], Mapping[str, str]]] = {
     "load": ({"object": "string"}, {}),
     "unload": ({}, {}),
 }
-SCAN_EVERY_S = 0.1
 COUNT_STEP_S = 0.1
 
 
@@ -81,7 +81,7 @@ class Fibonacci:
 
 @contextmanager
 def fleet_server(policy: Policy | None = None) -> Iterator[tuple[Server, SimFleet]]:
-    """The robots of the tue_lab scenario: services, scans as topics, own navigation, and the action /fibonacci."""
+    """The robots of the tue_lab scenario: services, topics, own navigation, and the action /fibonacci."""
     clock = SimClock()
     with SimFleet(load_scenario("tue_lab"), starts=STARTS, clock=clock) as fleet:
         hub = Hub(clock, policy=policy)
@@ -89,8 +89,6 @@ def fleet_server(policy: Policy | None = None) -> Iterator[tuple[Server, SimFlee
         for name, service in services.items():
             request, reply = FIELDS[name.rpartition("/")[2]]
             hub.offer_service(name, request, reply, service.handler, service.latency_s)
-        for robot in STARTS:
-            hub.topics.offer(f"/{robot}/scan", "sensor_msgs/LaserScan")
         hub.actions.offer("/fibonacci", "example_interfaces/action/Fibonacci", Fibonacci(clock).start)
 
         for robot, pose in STARTS.items():
@@ -103,13 +101,6 @@ def fleet_server(policy: Policy | None = None) -> Iterator[tuple[Server, SimFlee
                 told=pose_stamped(*pose, t_s=0.0),
             )
             hub.actions.offer(f"/{robot}/navigate_to_pose", OWN_NAVIGATION_TYPE, navigation.start)
-
-        def scan() -> None:
-            for robot in STARTS:
-                if hub.topics.is_heard(f"/{robot}/scan"):
-                    hub.topics.say(f"/{robot}/scan", services[f"/{robot}/laser"].handler({})["scan"])
-            clock.call_at(clock.now_s + SCAN_EVERY_S, scan)
-
-        clock.call_at(SCAN_EVERY_S, scan)
+        offer_topics(hub, clock, fleet, STARTS, {name: service.handler for name, service in services.items()})
         with serve(hub, clock) as server:
             yield server, fleet

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.grounding.rosbridge.fleet import SCAN_EVERY_S, fleet_server
+from executive.simulated_topics import SCAN_S
+from tests.grounding.rosbridge.fleet import fleet_server
 
 _DRIVER = Path(__file__).with_name("drive_roslibpy.py")
 
@@ -38,7 +39,7 @@ def test_roslibpy_drives_the_fleet(transport: str) -> None:
     assert "NoSuchService: there is no service /none" in saw["service"]["problem"]
     assert saw["provided"] is True
     assert saw["topic"]["said"] == "hello"
-    assert saw["topic"]["apart_s"] == pytest.approx(SCAN_EVERY_S, abs=0.005)
+    assert saw["topic"]["apart_s"] == pytest.approx(SCAN_S, abs=0.005)
     assert saw["action"] == {
         "done": [4, [0, 1, 1, 2, 3]],
         "feedback": 3,

@@ -1,0 +1,108 @@
+"""What simulated robots say and hear on topics: sensors for who wants to watch, velocities from who drives.
+
+    /<robot>/scan                        sensor_msgs/LaserScan    10 Hz
+    /<robot>/odom                        nav_msgs/Odometry        20 Hz
+    /<robot>/camera/color/image_raw      sensor_msgs/Image         5 Hz
+    /<robot>/camera/depth/image_raw      sensor_msgs/Image         5 Hz
+    /<robot>/camera/color/camera_info    sensor_msgs/CameraInfo    5 Hz
+    /<robot>/cmd_vel                     geometry_msgs/Twist      heard; a base stops half a second after the last one
+
+A sensor measures only while somebody listens. Nothing that a robot could not know is told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+
+from grounding.inprocess import Handler
+from grounding.rosbridge.hub import Hub
+from kb.clock import SimClock
+from kb.errors import ServiceFailed
+from sim.fleet import SimFleet
+
+SCAN_S, _ODOM_S, _CAMERA_S = 0.1, 0.05, 0.2
+_CAMERA = {
+    "camera/color/image_raw": ("sensor_msgs/Image", "color"),
+    "camera/depth/image_raw": ("sensor_msgs/Image", "depth"),
+    "camera/color/camera_info": ("sensor_msgs/CameraInfo", "camera_info"),
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Source:
+    """A sensor that is read at a rate, and its topics: type and field by name."""
+
+    read: Callable[[], Mapping[str, object]]
+    topics: Mapping[str, tuple[str, str]]
+    period_s: float
+
+
+def offer_topics(
+    hub: Hub, clock: SimClock, fleet: SimFleet, robots: Iterable[str], handlers: Mapping[str, Handler]
+) -> list[str]:
+    """Offer the topics of robots on a server, whose clock is that of the simulator.
+
+    Args:
+        handlers: The services of the robots by full name.
+
+    Returns:
+        The names of the topics.
+    """
+    names: list[str] = []
+    for robot in robots:
+        for source in _sources(robot, fleet, handlers):
+            for topic, (message_type, _) in source.topics.items():
+                hub.topics.offer(topic, message_type)
+                names.append(topic)
+            _Repeat(hub, clock, source).start()
+        names.append(_listen(hub, robot, handlers[f"/{robot}/base"]))
+    return names
+
+
+def _sources(robot: str, fleet: SimFleet, handlers: Mapping[str, Handler]) -> list[_Source]:
+    laser, camera = handlers[f"/{robot}/laser"], handlers[f"/{robot}/kinect"]
+    pictures = {f"/{robot}/{topic}": of for topic, of in _CAMERA.items()}
+    return [
+        _Source(
+            read=lambda: laser({}),
+            topics={f"/{robot}/scan": ("sensor_msgs/LaserScan", "scan")},
+            period_s=SCAN_S,
+        ),
+        _Source(
+            read=lambda: {"odometry": fleet.odometry(robot)},
+            topics={f"/{robot}/odom": ("nav_msgs/Odometry", "odometry")},
+            period_s=_ODOM_S,
+        ),
+        _Source(read=lambda: camera({}), topics=pictures, period_s=_CAMERA_S),
+    ]
+
+
+class _Repeat:
+    """Reads a source again and again, and tells what it gives to who listens."""
+
+    def __init__(self, hub: Hub, clock: SimClock, source: _Source) -> None:
+        self._hub, self._clock, self._source = hub, clock, source
+
+    def start(self) -> None:
+        self._clock.call_at(self._clock.now_s + self._source.period_s, self._say)
+
+    def _say(self) -> None:
+        heard = {t: field for t, (_, field) in self._source.topics.items() if self._hub.topics.is_heard(t)}
+        if heard:
+            message = self._source.read()
+            for topic, field in heard.items():
+                self._hub.topics.say(topic, message[field])
+        self.start()
+
+
+def _listen(hub: Hub, robot: str, base: Handler) -> str:
+    name = f"/{robot}/cmd_vel"
+
+    def drive(velocity: object) -> None:
+        with suppress(ServiceFailed):  # a velocity that is no number: the base keeps to the last one, and stops
+            base({"velocity": velocity})
+
+    hub.topics.listen(name, "geometry_msgs/Twist", drive)
+    return name
