@@ -84,7 +84,7 @@ def serve_simulated(
         for name, navigation in navigations.items():
             hub.actions.offer(name, OWN_NAVIGATION_TYPE, navigation.start)
             offered.append(name)
-        offered += offer_topics(hub, world.clock, world.fleet, world.poses, handlers)
+        offered += offer_topics(hub, world.clock, world.poses, handlers, world.fleet.odometry)
         try:
             server = open_parts.enter_context(
                 serve(hub, world.clock, host=host, port=port, tls=allowed.tls, max_sessions=allowed.clients)

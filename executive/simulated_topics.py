@@ -17,10 +17,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from grounding.inprocess import Handler
+from grounding.messages import Odometry
 from grounding.rosbridge.hub import Hub
 from kb.clock import SimClock
 from kb.errors import ServiceFailed
-from sim.fleet import SimFleet
+
+_Measured = Callable[[str], Odometry]
 
 SCAN_S, _ODOM_S, _CAMERA_S = 0.1, 0.05, 0.2
 _CAMERA = {
@@ -40,19 +42,20 @@ class _Source:
 
 
 def offer_topics(
-    hub: Hub, clock: SimClock, fleet: SimFleet, robots: Iterable[str], handlers: Mapping[str, Handler]
+    hub: Hub, clock: SimClock, robots: Iterable[str], handlers: Mapping[str, Handler], odometry: _Measured
 ) -> list[str]:
     """Offer the topics of robots on a server, whose clock is that of the simulator.
 
     Args:
         handlers: The services of the robots by full name.
+        odometry: What the wheels of a robot tell now.
 
     Returns:
         The names of the topics.
     """
     names: list[str] = []
     for robot in robots:
-        for source in _sources(robot, fleet, handlers):
+        for source in _sources(robot, handlers, odometry):
             for topic, (message_type, _) in source.topics.items():
                 hub.topics.offer(topic, message_type)
                 names.append(topic)
@@ -61,7 +64,7 @@ def offer_topics(
     return names
 
 
-def _sources(robot: str, fleet: SimFleet, handlers: Mapping[str, Handler]) -> list[_Source]:
+def _sources(robot: str, handlers: Mapping[str, Handler], odometry: _Measured) -> list[_Source]:
     laser, camera = handlers[f"/{robot}/laser"], handlers[f"/{robot}/kinect"]
     pictures = {f"/{robot}/{topic}": of for topic, of in _CAMERA.items()}
     return [
@@ -71,7 +74,7 @@ def _sources(robot: str, fleet: SimFleet, handlers: Mapping[str, Handler]) -> li
             period_s=SCAN_S,
         ),
         _Source(
-            read=lambda: {"odometry": fleet.odometry(robot)},
+            read=lambda: {"odometry": odometry(robot)},
             topics={f"/{robot}/odom": ("nav_msgs/Odometry", "odometry")},
             period_s=_ODOM_S,
         ),
