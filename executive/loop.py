@@ -121,10 +121,13 @@ def step(state: State, event: Event, now_s: float) -> Step:
 
 
 def _told(state: State, fact: FactWasTold, besides: str = "") -> list[Command]:
-    """A fact for the knowledge base and the tasks that are underway, but for one that sees to it itself."""
+    """A fact for the tasks that are underway, but for one that sees to it itself, and for the knowledge base.
+
+    In this order: what is so already is nothing new to a task.
+    """
     underway = [t.name for t in state.tasks.values() if t.status is TaskStatus.UNDERWAY and t.name != besides]
     told = Tell(task="", prop=fact.prop, subject=fact.subject, value=fact.value, source=fact.source)
-    return [told, *(ReportChange(task=name, change=fact) for name in underway)]
+    return [*(ReportChange(task=name, change=fact) for name in underway), told]
 
 
 def _if_alive(state: State, task: str, commands: list[Command]) -> Step:

@@ -169,7 +169,11 @@ observe(changed(Session, Now, Property, Subject, Value), Dict) :-
     at_time(S0, Now, S1),
     set_data(Property-Subject, Value, S1, S2),
     revised(P, S2, P1, S),
-    ( P1 == P, known(begun, true, S), \+ to_be_asked(P, S, Property, Subject) -> Anew = false ; Anew = true ),
+    (   P1 == P, known(begun, true, S),
+        ( fluent_value(Property, Subject, Value, S1) ; \+ to_be_asked(P, S, Property, Subject) )
+    ->  Anew = false
+    ;   Anew = true
+    ),
     go_on_revised(Anew, Session, P1, S, Dict).
 
 go_on_revised(Anew, Session, P, S0, Dict) :-

@@ -249,7 +249,7 @@ def test_a_change_is_told_to_knowledge_and_to_the_task_underway() -> None:
     """Queued tasks begin with what is so by then."""
     state, _ = after(requested("one"), requested("two"))
     told = Tell(task="", prop="standsAt", subject="broom", value="attic", source=SourceKind.PERSON)
-    assert step(state, MOVED, 2.0) == (state, [told, ReportChange(task="one", change=MOVED)])
+    assert step(state, MOVED, 2.0) == (state, [ReportChange(task="one", change=MOVED), told])
     idle = State()
     assert step(idle, MOVED, 2.0) == (idle, [told])
 
@@ -291,7 +291,7 @@ def test_a_robot_that_is_lost_is_told_of_before_it_is_decided_what_to_do() -> No
     ]
     back = FactWasTold(prop=Property.IS_REACHABLE, subject="r1", value=True, source=SourceKind.CONNECTION)
     _, commands = step(state, back, 5.0)
-    assert others(commands) == [replace(told, value=True), ReportChange(task="one", change=back)]
+    assert others(commands) == [ReportChange(task="one", change=back), replace(told, value=True)]
 
 
 def test_a_failure_frees_the_robot_and_is_planned_around() -> None:

@@ -81,6 +81,7 @@ def both_found(fleet: Fleet) -> tuple[TaskResult, list[TraceEvent]]:
     return result, list(fleet.trace)
 
 
+@pytest.mark.slow
 def test_a_task_is_the_same_over_rosbridge(tmp_path: Path) -> None:
     """Assignment, actions and what is found; only times differ. One robot speaks CBOR and one text."""
     with Fleet.open("tue_lab") as fleet:
