@@ -321,10 +321,10 @@ def _begin(state: State, task: Task, number: int, action: Action, now_s: float, 
 
 
 def _note_goal(state: State, number: int) -> Step:
-    """A goal was sent; if nobody wants it any more by now, it is canceled."""
+    """A goal was sent; if nobody wants it any more by now, it is canceled, once."""
     running = state.running.get(number)
     if running is None:
-        return state, [CancelAction(number=number)]
+        return state, [] if number in state.stopping else [CancelAction(number=number)]
     return replace(state, running={**state.running, number: replace(running, is_goal=True)}), []
 
 

@@ -10,7 +10,7 @@ import pytest
 from rdflib import Graph, Literal, URIRef
 
 from executive import Fleet, TaskResult, TaskStatus
-from executive.trace import ActionFinished, PlanMade
+from executive.trace import ActionFinished, PlanMade, Replanned
 from kb.files import SHIPPED
 from kb.vocabulary import CORE
 from planner.plan import PlanStatus
@@ -89,6 +89,20 @@ def test_a_door_that_is_known_to_be_closed_is_opened_meanwhile() -> None:
         assert result.plan.makespan_s == free.makespan_s
         assert fleet.parts.simulation.door_is_open("ward_door")
         assert is_served(fleet)
+
+
+def test_a_door_of_which_it_is_told_on_the_way_that_it_is_shut_is_opened() -> None:
+    """What is left to do rests on it, so that it is planned anew at once; telling it again changes nothing."""
+    with Fleet.open("ward") as fleet:
+        task = fleet.request("Deliver", area="ward", thing="meal_1", to="at_bed_1")
+        assert task.wait_until(2.0) is None
+        before = planned(fleet)
+        fleet.tell("isOpen", "ward_door", False)
+        fleet.tell("isOpen", "ward_door", False)
+        assert task.wait_until(3.0) is None
+        assert len([event for event in fleet.trace if isinstance(event, Replanned)]) == 1
+        assert ("OpenDoor", "porter_1") in planned(fleet)
+        assert ("OpenDoor", "porter_1") not in before
 
 
 def test_where_nobody_can_open_it_they_go_around(knowledge: Path, edit: Edit) -> None:
