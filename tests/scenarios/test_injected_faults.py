@@ -36,6 +36,7 @@ def chosen(trace: list[TraceEvent]) -> list[tuple[str, str, str]]:
     return [(e.action, e.failure, e.recovery) for e in trace if isinstance(e, RecoveryChosen)]
 
 
+@pytest.mark.slow
 def test_a_camera_that_fails_once_is_tried_again(tmp_path: Path) -> None:
     """By the same robot: that is sooner than another one; the drink is found, and a replay decides the same."""
     faults = tmp_path / "camera.toml"

@@ -301,6 +301,7 @@ def test_what_was_saved_before_the_watch_began(knowledge: Path, edit: Edit) -> N
         assert fleet.parts.knowledge.revision.number == 2
 
 
+@pytest.mark.slow
 def test_a_watched_folder(knowledge: Path, edit: Edit, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """What is saved comes into force within five seconds; what is wrong is told by file, line, entity and code.
 
