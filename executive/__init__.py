@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from executive.events import TaskStatus
     from executive.fleet import Fleet, TaskHandle
-    from executive.shell import TaskResult
+    from executive.results import TaskResult
 
 __all__ = ["Fleet", "TaskHandle", "TaskResult", "TaskStatus"]
 
 _HOME = {
     "Fleet": "executive.fleet",
     "TaskHandle": "executive.fleet",
-    "TaskResult": "executive.shell",
+    "TaskResult": "executive.results",
     "TaskStatus": "executive.events",
 }
 

@@ -66,6 +66,7 @@ def make_parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--watch", action="store_true", help="put in force what is saved in the knowledge folder while robots work"
     )
+    run.add_argument("--ask", action="store_true", help="ask for help at this terminal where a person may be able to")
     run.add_argument("--verbose", "-v", action="store_true", help="print every action, as `trace` does")
     run.set_defaults(command="executive.task_commands.run:run")
 

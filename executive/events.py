@@ -11,10 +11,11 @@ from executive.request import TaskRequest
 from executive.trace import TraceEvent
 from grounding.outcome import Outcome
 from kb.history import SourceKind
+from kb.recoveries import Recovery
 from kb.terms import Action, Value
 from planner.classical_goal import GoalPlan
 from planner.plan import Plan
-from planner.planner import Progress
+from planner.progress import Progress
 
 
 class TaskStatus(StrEnum):
@@ -107,12 +108,14 @@ class OutcomeArrived:
     Attributes:
         planned_s: How long it was expected to take.
         shown: Its outputs as far as the trace shows them.
+        overdue: The composite process that it is part of and that has taken too long, if that is why it failed.
     """
 
     number: int
     outcome: Outcome
     planned_s: float
     shown: Mapping[str, bool | list[float]]
+    overdue: Action | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,18 +124,52 @@ class RecoveryWasChosen:
 
     Attributes:
         number: Under which it is held: the number of the next try.
-        retry: Name of the way to try it again; empty to plan without what has failed.
+        recovery: What is tried; None to plan without what has failed.
         failure: The class of its failure.
         reason: What was compared.
-        pause_s: How long to wait before.
+        whole: The process that is begun again; None for the action alone.
+        out: Which choice is made again to plan without what has failed, counted from the innermost one.
+        overdue: As in the outcome.
     """
 
     number: int
     outcome: Outcome
-    retry: str
+    recovery: Recovery | None
     failure: str
     reason: str
-    pause_s: float = 0.0
+    whole: Action | None = None
+    out: int = 0
+    overdue: Action | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PersonAnswered:
+    """Somebody has helped, or nobody will.
+
+    Attributes:
+        number: That of the question.
+        reason: In a sentence.
+    """
+
+    number: int
+    helped: bool
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProcessWasRedone:
+    """The planner has taken in that something is to be begun again.
+
+    Attributes:
+        whole: What it is.
+        process: What is done before; empty where nothing is.
+        abandoned: Ids of the actions that were running in it; they are no longer wanted.
+    """
+
+    task: str
+    whole: Action
+    process: str
+    abandoned: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -238,6 +275,8 @@ Event: TypeAlias = (
     | ActionsAreReady
     | OutcomeArrived
     | RecoveryWasChosen
+    | PersonAnswered
+    | ProcessWasRedone
     | FailureWasReported
     | FactWasTold
     | KnowledgeWasProposed
@@ -310,7 +349,8 @@ class ChooseRecovery:
     """Find out what to do about an action that has failed: RecoveryWasChosen follows.
 
     Attributes:
-        tried: How often each way to try it again has been tried, by name.
+        tried: How often each recovery has been tried for it, and for the processes that it is part of, by name.
+        overdue: As in the outcome.
     """
 
     number: int
@@ -318,15 +358,46 @@ class ChooseRecovery:
     action: Action
     outcome: Outcome
     tried: Mapping[str, int]
+    overdue: Action | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RedoProcess:
+    """Tell the planner that an action has failed, and what is begun again: ProcessWasRedone follows.
+
+    Attributes:
+        whole: The process, or the action itself.
+        process: What is done before; empty where nothing is.
+    """
+
+    task: str
+    action: Action
+    whole: Action
+    process: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AskPerson:
+    """Ask whoever listens for help: PersonAnswered follows, after `limit_s` at the latest."""
+
+    number: int
+    task: str
+    question: str
+    limit_s: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportOutcome:
-    """Tell the planner how an action ended: ActionsAreReady or FailureWasReported follows."""
+    """Tell the planner how an action ended: ActionsAreReady or FailureWasReported follows.
+
+    Attributes:
+        out: After a failure, which choice is made again, counted from the innermost one.
+    """
 
     task: str
     action: Action
     outcome: Outcome
+    out: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -393,6 +464,8 @@ Command: TypeAlias = (
     | StartAction
     | CancelAction
     | ChooseRecovery
+    | RedoProcess
+    | AskPerson
     | ReportOutcome
     | ReportChange
     | Tell

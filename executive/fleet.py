@@ -22,8 +22,9 @@ from executive.goals import check_goal, recipe_file, store_recipe
 from executive.live import KnowledgeProposal
 from executive.metrics import Metrics
 from executive.opening import Given
+from executive.persons import Question
 from executive.request import TaskRequest, check_fact, check_request
-from executive.shell import TaskResult
+from executive.results import TaskResult
 from executive.trace import TraceEvent
 from executive.wiring import Parts, open_simulated
 from grounding.inprocess import Handler
@@ -185,6 +186,35 @@ class Fleet:
             raise BadRequest(prop, f"{prop} cannot be told: this fleet is closed; open another")
         check_fact(prop, subject, value, self._parts.knowledge.snapshot())
         self._parts.shell.post(events.FactWasTold(prop=prop, subject=subject, value=value))
+
+    def listen(self, listener: Callable[[Question], None]) -> None:
+        """Take questions: what has failed, and a person may be able to help with.
+
+        Without anybody who listens, recoveries by a person are not available.
+
+        Args:
+            listener: Told each question when it comes up; it is answered by `answer`, at once or later.
+
+        Raises:
+            BadRequest: The fleet is closed.
+        """
+        self._require_open("listen", "nothing will be asked")
+        self._parts.shell.persons.listeners.append(listener)
+
+    def answer(self, number: int, *, helped: bool, reason: str = "") -> None:
+        """Answer a question: whether somebody has helped, so that what has failed can be begun again.
+
+        Args:
+            number: That of the question.
+            reason: What was done, or why nothing was, in a sentence.
+
+        Raises:
+            BadRequest: The question is not open: it was answered, or its time is over; or the fleet is closed.
+        """
+        self._require_open("answer", f"question {number} cannot be answered")
+        told = reason or ("somebody has helped" if helped else "nobody can help")
+        if not self._parts.shell.persons.answer(number, helped=helped, reason=told):
+            raise BadRequest("answer", f"question {number} is not open: it was answered, or its time is over")
 
     def propose_knowledge(self, folder: str | Path | None = None) -> KnowledgeProposal:
         """Read a folder of ontologies beside the one in force and tell what would change; nothing does.

@@ -1,12 +1,15 @@
-"""Whether to try a failed step again or to plan for another robot: what is expected to be over sooner.
+"""What to do about a failed action: what is expected to be over soonest.
 
-A step may be tried again in several ways, each as often as the ontology allows. With a way of time t and odds p, the
-rest of the task, which takes `remaining_s` once the step has succeeded, is over after
+The ontology says what may help, how long that takes as a rule, how often it helps and how often it may be tried. With a
+recovery that takes t, has odds p, and after which the task is done `helped_s` from now if it has helped, all is over
+after
 
-    t + p remaining_s + (1 - p) V,
+    p helped_s + (1 - p) (t + V),
 
-V being the best that can be done after that (Bellman's principle, Dynamic Programming, 1957, chapter 3); another robot
-is over with it all after `other_s`. Which sequence of ways is the best is found by trying all: there are few.
+V being the best that can be done after that (Bellman's principle, Dynamic Programming, 1957, chapter 3). Without any,
+it is over after `other_s`: what was chosen for the action is chosen anew, such as another robot. Which sequence of
+recoveries is the best is found by trying all: there are few. Whatever is begun again, or chosen anew, is really
+planned, on a copy of the session.
 """
 
 from __future__ import annotations
@@ -18,14 +21,19 @@ from functools import cache
 
 from executive.events import ChooseRecovery, RecoveryWasChosen
 from grounding.outcome import OutcomeStatus
-from kb.recoveries import Recoveries, Retry
+from kb.recoveries import Recoveries, Recovery, RecoveryKind
 from kb.store import Snapshot
 from kb.terms import Action
+from kb.vocabulary import Property
 from planner.plan import Plan
 from planner.planner import Session
+from planner.remedy import remedy
 
 UNDONE_S = 86_400.0
 """A task that fails counts as one that is done in a day: any way that may help is worth a try."""
+
+Forecast = Callable[[Session], Plan]
+"""Plans roughly what a session has left."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,16 +41,18 @@ class Decision:
     """What to do about a failure.
 
     Attributes:
-        retry: The way to try again; None to plan without what has failed.
+        recovery: What to try; None to plan without what has failed.
         reason: What was compared, in a sentence.
     """
 
-    retry: Retry | None
+    recovery: Recovery | None
     reason: str
 
 
 _FUTILE = frozenset({"TookTooLong", "NotGrounded"})
 """Failures of what is around a step, or of what it is given: trying the step again changes nothing."""
+
+_NOTHING = Decision(recovery=None, reason="nothing is known to help but to plan without what has failed")
 
 
 def choose(
@@ -50,8 +60,9 @@ def choose(
     session: Session,
     plan: Plan,
     snapshot: Snapshot,
-    forecast: Callable[[Session], Plan],
+    forecast: Forecast,
     *,
+    can_ask: bool,
     now_s: float,
 ) -> tuple[RecoveryWasChosen, bool]:
     """What to do about an action that has failed.
@@ -59,56 +70,133 @@ def choose(
     Args:
         session: Of its task; it stays as it is.
         plan: The one that is followed.
-        forecast: Plans roughly what a session has left.
+        can_ask: Whether there is a person to ask for help.
 
     Returns:
         What is chosen, and whether it took a plan to find out.
     """
     recoveries = Recoveries(snapshot.ontology)
-    failure = recoveries.failure_class(asked.outcome.failure, snapshot.groundings[asked.action.process].action_type)
-    lost = asked.outcome.status is OutcomeStatus.LOST
+    failure = _failure_class(asked, recoveries, snapshot)
+    around = session.surroundings(asked.action)
+    whole = _restartable(asked, around.processes, snapshot)
     ways = [
         way
-        for way in recoveries.retries(failure)
-        if asked.tried.get(way.name, 0) < way.attempts and (way.pause_s or not lost)  # only time brings a robot back
+        for way in recoveries.against(failure)
+        if asked.tried.get(way.name, 0) < way.attempts and _may_help(way, asked, whole, can_ask=can_ask)
     ]
-    decision = Decision(retry=None, reason="nothing is known to help but to plan without what has failed")
-    foreseen = bool(ways) and asked.outcome.failure not in _FUTILE and session.may_go_on(asked.action)
+    decision, out = _NOTHING, 0
+    foreseen = bool(ways or around.picks > 1) and session.may_go_on(asked.action)
     if foreseen:
-        decision = decide(
-            ways,
-            asked.tried,
-            remaining_s=max(plan.made_at_s + plan.makespan_s - now_s, 0.0),
-            other_s=_takes_without(asked.action, session, snapshot, forecast, now_s=now_s),
-        )
+        remaining_s = max(plan.made_at_s + plan.makespan_s - now_s, 0.0)
+        copies = _Copies(asked.action, session, snapshot, forecast, now_s)
+        helped_s: dict[str, float] = {}
+        for way in ways:
+            takes_s = way.time_s + remaining_s
+            if way.kind in (RecoveryKind.REPLAN, RecoveryKind.PROCESS):
+                takes_s = copies.takes_again(way, whole or asked.action, around.processes, takes_s)
+            helped_s[way.name] = takes_s
+        ways = [way for way in ways if helped_s[way.name] < UNDONE_S]
+        other_s, out = copies.takes_without(around.picks)
+        decision = decide(ways, asked.tried, helped_s=helped_s, other_s=other_s)
+    recovery = decision.recovery
     chosen = RecoveryWasChosen(
         number=asked.number,
         outcome=asked.outcome,
-        retry=decision.retry.name if decision.retry else "",
+        recovery=recovery,
         failure=failure,
         reason=decision.reason,
-        pause_s=decision.retry.pause_s if decision.retry else 0.0,
+        whole=whole if recovery and recovery.kind is not RecoveryKind.RETRY else None,
+        out=out,
+        overdue=asked.overdue,
     )
     return chosen, foreseen
 
 
-def _takes_without(
-    action: Action, session: Session, snapshot: Snapshot, forecast: Callable[[Session], Plan], *, now_s: float
-) -> float | None:
-    """How long the rest of a task would take without what has failed; None if it could not be done."""
-    with closing(session.fork(f"without@{snapshot.revision}", snapshot, forgotten=(), now_s=now_s)) as twin:
-        if twin.failed(action, now_s=now_s).excluded is None:
-            return None
-        plan = forecast(twin)
-    return plan.makespan_s if plan.solved else None
+def _failure_class(asked: ChooseRecovery, recoveries: Recoveries, snapshot: Snapshot) -> str:
+    late = recoveries.failure_if_late(asked.overdue.process) if asked.overdue else ""
+    return late or recoveries.failure_class(
+        asked.outcome.failure, snapshot.groundings[asked.action.process].action_type
+    )
 
 
-def decide(ways: Sequence[Retry], tried: Mapping[str, int], *, remaining_s: float, other_s: float | None) -> Decision:
+def _restartable(asked: ChooseRecovery, processes: Sequence[Action], snapshot: Snapshot) -> Action | None:
+    """The outermost process around an action such that all within may be begun again; None if there is none.
+
+    An overdue process has to be within it.
+    """
+    whole = None
+    for process in reversed(processes):
+        if snapshot.ontology.value(Property.IS_RESTARTABLE, process.process) is not True:
+            break
+        whole = process
+    if whole and asked.overdue and not f"{asked.overdue.id}/".startswith(f"{whole.id}/"):
+        return None
+    return whole
+
+
+def _may_help(way: Recovery, asked: ChooseRecovery, whole: Action | None, *, can_ask: bool) -> bool:
+    if asked.overdue and whole is None:
+        return False  # its time stays over
+    if way.kind is RecoveryKind.ASK_PERSON:
+        return can_ask
+    if way.kind is RecoveryKind.RETRY and asked.outcome.failure in _FUTILE:
+        return False
+    return asked.outcome.status is not OutcomeStatus.LOST or way.pause_s > 0.0  # only time brings a robot back
+
+
+@dataclass(frozen=True, slots=True)
+class _Copies:
+    """Copies of a session to look ahead with, each as if something were decided now."""
+
+    action: Action
+    session: Session
+    snapshot: Snapshot
+    forecast: Forecast
+    now_s: float
+
+    def takes_again(self, way: Recovery, whole: Action, around: Sequence[Action], usual_s: float) -> float:
+        """Until the task is done, if a process is begun again after what a recovery does before.
+
+        Args:
+            usual_s: What it takes as a rule, for what only acting finds out.
+        """
+        before = None
+        if way.process:
+            before = remedy(way.process, whole.id, [self.action, *reversed(around)], self.snapshot)
+            if before is None:
+                return UNDONE_S
+        with closing(self._copy(way.name)) as twin:
+            twin.redo(self.action, whole.id, before, now_s=self.now_s)
+            plan = self.forecast(twin)
+        if not plan.solved:
+            return UNDONE_S
+        return max(usual_s, plan.makespan_s) if plan.waits_for else plan.makespan_s
+
+    def takes_without(self, picks: int) -> tuple[float | None, int]:
+        """Until the task is done, if what was chosen for the action is chosen anew, and which choice is: the innermost
+        one that leaves a way; None for the time if there is none.
+        """
+        for out in range(picks):
+            with closing(self._copy(f"without@{out}")) as twin:
+                if twin.failed(self.action, out=out, now_s=self.now_s).excluded is None:
+                    continue
+                plan = self.forecast(twin)
+            if plan.solved:
+                return plan.makespan_s, out
+        return None, 0
+
+    def _copy(self, name: str) -> Session:
+        return self.session.fork(f"{name}@{self.snapshot.revision}", self.snapshot, forgotten=(), now_s=self.now_s)
+
+
+def decide(
+    ways: Sequence[Recovery], tried: Mapping[str, int], *, helped_s: Mapping[str, float], other_s: float | None
+) -> Decision:
     """What is expected to be over first.
 
     Args:
-        tried: How often each way has been tried for this step, by name.
-        remaining_s: From the step's success until the task is done, as planned.
+        tried: How often each recovery has been tried for this, by name.
+        helped_s: Until the task is done if it has helped, by name.
         other_s: Until the task is done without what has failed; None if that is impossible.
     """
     without_s = UNDONE_S if other_s is None else other_s
@@ -121,7 +209,7 @@ def decide(ways: Sequence[Retry], tried: Mapping[str, int], *, remaining_s: floa
     def with_way_s(n: int, left: tuple[int, ...]) -> float:
         way = ordered[n]
         after = (*left[:n], left[n] - 1, *left[n + 1 :])
-        return way.time_s + way.odds * remaining_s + (1.0 - way.odds) * expected_s(after)
+        return way.odds * helped_s[way.name] + (1.0 - way.odds) * (way.time_s + expected_s(after))
 
     left = tuple(max(0, way.attempts - tried.get(way.name, 0)) for way in ordered)
     costs = {n: with_way_s(n, left) for n, count in enumerate(left) if count}
@@ -130,5 +218,5 @@ def decide(ways: Sequence[Retry], tried: Mapping[str, int], *, remaining_s: floa
     told = [f"{costs[n]:.1f} s with {ordered[n].name}" for n in costs] if other_s is not None else []
     compared = " or ".join([*told, without]) if costs else f"{without}, and nothing is left to try"
     if best is None or costs[best] > without_s:
-        return Decision(retry=None, reason=compared)
-    return Decision(retry=ordered[best], reason=compared)
+        return Decision(recovery=None, reason=compared)
+    return Decision(recovery=ordered[best], reason=compared)

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
 from typing import Any, assert_never
 
 from executive import events, loop, trace
@@ -17,10 +16,12 @@ from executive.goal_calls import GoalCalls
 from executive.goals import solve_goal
 from executive.metrics import Metrics
 from executive.pace import Pace
+from executive.persons import Persons
 from executive.presence import Presence
 from executive.recorder import Recorder
 from executive.recovering import choose
 from executive.request import TaskRequest
+from executive.results import TaskResult, outputs_of
 from executive.revising import Unfinished
 from executive.shown import lacking, shown, shown_output
 from executive.state import State
@@ -45,28 +46,10 @@ from planner.explain import Explainer
 from planner.network import Travel
 from planner.plan import EFFORT, Plan
 from planner.planner import Session, TravelTimes
+from planner.remedy import remedy
 
 FORECAST_EFFORT = 1.0
 """Budget for planning a task to see what another revision changes for it, in deterministic seconds."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TaskResult:
-    """How a task ended.
-
-    Attributes:
-        plan: The last plan that was made; None if it never came to that.
-        goal: What led to the goal, where one was asked for.
-        outputs: By output of the process; where a for-each made one for each individual, by individual.
-        took_s: From acceptance to the end.
-    """
-
-    status: events.TaskStatus
-    reason: str
-    plan: Plan | None
-    outputs: Mapping[str, Any]
-    took_s: float
-    goal: GoalPlan | None = None
 
 
 class Shell:
@@ -97,6 +80,7 @@ class Shell:
         self._plans: dict[str, Plan] = {}
         self._messages: dict[str, object] = {}
         self._presence = Presence(transport, clock, self.post)
+        self.persons = Persons(clock, self.post)
 
     def post(self, event: events.Event) -> None:
         """Take an event in, and carry out all that it leads to now."""
@@ -226,8 +210,12 @@ class Shell:
                 self._goal_calls.cancel(number)
             case events.ChooseRecovery():
                 self._choose_recovery(command)
-            case events.ReportOutcome(task=task, action=action, outcome=outcome):
-                self.report_outcome(task, action, outcome)
+            case events.RedoProcess():
+                self._redo(command)
+            case events.AskPerson():
+                self.persons.ask(command)
+            case events.ReportOutcome(task=task, action=action, outcome=outcome, out=out):
+                self.report_outcome(task, action, outcome, out)
             case events.ReportChange(task=task, change=change):
                 self._report_change(task, change)
             case events.Tell():
@@ -282,8 +270,9 @@ class Shell:
         old, new, carry = self._last_change
         self._hold(task, snapshot := self._knowledge.snapshot())
         why = concerned(self._requests[task].process, old, new, carry.changed)
-        then_s = self.clock.now_s + self._pace.deciding_s
-        progress = self._sessions[task].rebased(snapshot, forgotten=carry.dropped, anew=bool(why), now_s=then_s)
+        progress = self._sessions[task].rebased(
+            snapshot, forgotten=carry.dropped, anew=bool(why), now_s=self._decided_s
+        )
         what = f"revision {new.number} of the knowledge: {why or 'other individuals fit'}"
         self._post_after(self._pace.deciding_s, events.ActionsAreReady(task=task, progress=progress, change=what))
 
@@ -394,18 +383,40 @@ class Shell:
     def _choose_recovery(self, asked: events.ChooseRecovery) -> None:
         task, now_s = asked.task, self.clock.now_s
         plan, snapshot, session = self._plans[task], self._snapshots[task], self._sessions[task]
-        chosen, foreseen = choose(asked, session, plan, snapshot, lambda s: self.forecast(s, snapshot)[0], now_s=now_s)
+        chosen, foreseen = choose(
+            asked,
+            session,
+            plan,
+            snapshot,
+            lambda s: self.forecast(s, snapshot)[0],
+            can_ask=bool(self.persons.listeners),
+            now_s=now_s,
+        )
         self._post_after(self._pace.planning_s if foreseen else 0.0, chosen)
 
-    def report_outcome(self, task: str, action: Action, outcome: Outcome) -> None:
+    def _redo(self, redo: events.RedoProcess) -> None:
+        session, snapshot, then_s = self._sessions[redo.task], self._snapshots[redo.task], self._decided_s
+        before = None
+        if redo.process:
+            around = session.surroundings(redo.action).processes
+            before = remedy(redo.process, redo.whole.id, [redo.action, *reversed(around)], snapshot)
+        abandoned = tuple(a.id for a in session.redo(redo.action, redo.whole.id, before, now_s=then_s))
+        redone = events.ProcessWasRedone(task=redo.task, whole=redo.whole, process=redo.process, abandoned=abandoned)
+        self._post_after(self._pace.deciding_s, redone)
+
+    @property
+    def _decided_s(self) -> float:
+        return self.clock.now_s + self._pace.deciding_s
+
+    def report_outcome(self, task: str, action: Action, outcome: Outcome, out: int = 0) -> None:
         """Tell the planner how an action ended; what it decides comes as an event."""
-        session, then_s = self._sessions[task], self.clock.now_s + self._pace.deciding_s
+        session, then_s = self._sessions[task], self._decided_s
         if outcome.succeeded:
             truths = {name: value for name, value in outcome.outputs.items() if isinstance(value, bool)}
             progress = session.succeeded(action, truths, now_s=then_s)
             self._post_after(self._pace.deciding_s, events.ActionsAreReady(task=task, progress=progress, cause=action))
         else:
-            retry = session.failed(action, now_s=then_s)
+            retry = session.failed(action, out=out, now_s=then_s)
             abandoned = tuple(a.id for a in retry.abandoned)
             reported = events.FailureWasReported(task=task, excluded=retry.excluded, abandoned=abandoned)
             self._post_after(self._pace.deciding_s, reported)
@@ -413,7 +424,7 @@ class Shell:
     def _report_change(self, task: str, change: events.FactWasTold) -> None:
         if task not in self._sessions:
             return  # its program will begin with what is so by then
-        session, then_s = self._sessions[task], self.clock.now_s + self._pace.deciding_s
+        session, then_s = self._sessions[task], self._decided_s
         progress = session.observed(change.prop, change.subject, change.value, now_s=then_s)
         what = f"{change.prop}({change.subject}) is {change.value} now"
         self._post_after(self._pace.deciding_s, events.ActionsAreReady(task=task, progress=progress, change=what))
@@ -447,7 +458,9 @@ class Shell:
 
     def _finish(self, finish: events.FinishTask) -> None:
         task = finish.task
-        outputs = self._outputs(task)
+        outputs = dict[str, Any]()
+        if task in self._sessions:
+            outputs = outputs_of(self._requests[task].process, self._keys[task], self._snapshots[task], self._messages)
         self.results[task] = TaskResult(
             status=finish.status,
             reason=finish.reason,
@@ -476,21 +489,3 @@ class Shell:
             kept.pop(task, None)
         if task in self._held:
             self._knowledge.let_go(self._held.pop(task))
-
-    def _outputs(self, task: str) -> dict[str, Any]:
-        """What the task's process, or a recipe of it, gives back: one message, or one for each turn of a for-each."""
-        if task not in self._sessions:
-            return {}
-        key, snapshot, outputs = self._keys[task], self._snapshots[task], dict[str, Any]()
-        for parameter in snapshot.processes[self._requests[task].process].outputs:
-            whole = self._messages.get(f"{key}/{parameter.name}")
-            turns = {}
-            for place, message in sorted(self._messages.items()):
-                match place.removeprefix(f"{key}/task/").split("/"):
-                    case [*recipes, _, turn, name] if name == parameter.name:
-                        if all(snapshot.ontology.values(Property.REALIZES, recipe) for recipe in recipes):
-                            turns[turn] = message
-                    case _:
-                        pass
-            outputs[parameter.name] = turns or whole
-        return outputs

@@ -8,7 +8,7 @@ from typing import Any
 from grounding.messages import PointStamped, PoseStamped, xyyaw
 from kb.store import Snapshot
 from kb.vocabulary import Property
-from planner.planner import Exclusion
+from planner.progress import Exclusion
 
 
 def lacking(exclusions: Sequence[Exclusion], snapshot: Snapshot) -> tuple[str, ...]:

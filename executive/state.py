@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TypeAlias
 
-from executive.events import CancelAction, Command, StartAction, TaskStatus
+from executive.events import CancelAction, Command, RecoveryWasChosen, StartAction, TaskStatus
 from executive.request import TaskRequest
 from kb.terms import Action
 
@@ -23,7 +23,8 @@ class Task:
         robots: Who takes part in the plan that was made last.
         limits_s: How long composite steps of the plan may take, by id.
         deadlines: Those that have begun: what they are, and when they have failed, by id.
-        tried: How often each way to try again was tried for a step that has not succeeded yet, by id of the step.
+        tried: How often each recovery was tried for a step, or for a process begun again, that has not succeeded yet,
+            by id.
     """
 
     name: str
@@ -50,6 +51,20 @@ class Task:
             return replace(self, troubles=(*before, (what, count + 1)))
         return replace(self, troubles=(*self.troubles, (what, 1)))
 
+    def with_try(self, what: str, recovery: str) -> Task:
+        """The same after a recovery is tried for a step or process, by its id."""
+        tried = self.tried.get(what, {})
+        return replace(self, tried={**self.tried, what: {**tried, recovery: tried.get(recovery, 0) + 1}})
+
+    def with_success(self, what: str) -> Task:
+        """The same after a step or process has succeeded: what was tried for it counts no more."""
+        return replace(self, tried={i: t for i, t in self.tried.items() if i != what})
+
+    def tried_around(self, step: str) -> dict[str, int]:
+        """How often each recovery was tried for a step, and for the processes around it."""
+        parts = [tried for what, tried in self.tried.items() if f"{step}/".startswith(f"{what}/")]
+        return {name: sum(tried.get(name, 0) for tried in parts) for tried in parts for name in tried}
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Running:
@@ -57,11 +72,13 @@ class Running:
 
     Attributes:
         is_goal: Whether the robot goes on with it until it is told not to.
+        asked: The recovery for which a person was asked, as long as there is no answer.
     """
 
     task: str
     action: Action
     is_goal: bool = False
+    asked: RecoveryWasChosen | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -213,9 +213,10 @@ class FactsTold:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecoveryChosen:
-    """What is done about an action that has failed: it is tried again, or the rest is planned without what has failed.
+    """What is done about an action that has failed: what may help, or the rest planned without what has failed.
 
-    `recovery` is the way to try again, of the ontology; empty if there is a new plan.
+    `recovery` is what is tried, of the ontology; empty for a plan without. `again` is the process around the action
+    that is begun again for it; empty for the action alone.
     """
 
     kind: ClassVar[Literal["recovery_chosen"]] = "recovery_chosen"
@@ -226,6 +227,31 @@ class RecoveryChosen:
     number: int
     failure: str
     recovery: str
+    reason: str
+    again: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PersonAsked:
+    """A person is asked for help with an action that has failed, and may answer until `until_s`."""
+
+    kind: ClassVar[Literal["person_asked"]] = "person_asked"
+    t_s: float
+    task: str
+    number: int
+    question: str
+    until_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PersonHasAnswered:
+    """A person has helped, or has not, or did not answer in time."""
+
+    kind: ClassVar[Literal["person_has_answered"]] = "person_has_answered"
+    t_s: float
+    task: str
+    number: int
+    helped: bool
     reason: str
 
 
@@ -324,6 +350,8 @@ TraceEvent: TypeAlias = (
     | ActionFinished
     | FactsTold
     | RecoveryChosen
+    | PersonAsked
+    | PersonHasAnswered
     | Replanned
     | KnowledgeProposed
     | KnowledgeAccepted
@@ -423,6 +451,11 @@ def narrate(events: Iterable[TraceEvent]) -> Iterator[str]:
                 yield f"  now {event.prop}({event.subject}) = {event.value}"
             case RecoveryChosen() if event.recovery:
                 yield f"  [{event.action}] {event.recovery} at time {event.t_s:.2f}: {event.failure}; {event.reason}"
+            case PersonAsked():
+                yield f"{event.question}: a person is asked for help at time {event.t_s:.2f}"
+            case PersonHasAnswered():
+                answer = "has helped" if event.helped else "has not helped"
+                yield f"  a person {answer} at time {event.t_s:.2f}: {event.reason}"
             case Replanned():
                 yield f"{event.task} is planned anew at time {event.t_s:.2f}: {event.reason}"
             case KnowledgeProposed():

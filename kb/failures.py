@@ -1,6 +1,6 @@
 """What the files say of failures, checked: codes that services tell them by, recoveries, what processes expect.
 
-All three are annotations, so that a reasoner sees nothing of them; what a recovery itself must state is in shapes.ttl.
+They are annotations, so that a reasoner sees nothing of them; what a recovery itself must state is in shapes.ttl.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ def check_failures(files: OntologyFiles, graph: Graph) -> Iterator[Problem]:
     """Failure codes that are none, or that two classes claim; what is named as failure or recovery but is none."""
     yield from _codes(files, graph)
     failures: set[Node] = set(_below(graph, Kind.FAILURE))
-    yield from _misnamed(files, graph, Property.EXPECTED_FAILURE, failures, "a class below Failure")
+    for prop in (Property.EXPECTED_FAILURE, Property.FAILURE_IF_LATE):
+        yield from _misnamed(files, graph, prop, failures, "a class below Failure")
     recoveries = {r for kind in _below(graph, Kind.RECOVERY) for r in graph.subjects(RDF.type, kind)}
     yield from _misnamed(files, graph, Property.RECOVERED_BY, recoveries, "an individual that is a Recovery")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 
 from kb.ontology import Ontology
 from kb.vocabulary import Kind, Property
@@ -15,9 +16,22 @@ MOST_ATTEMPTS = 10
 """Of a recovery that has no `maxAttempts`: nothing is tried for ever."""
 
 
+class RecoveryKind(StrEnum):
+    """What is done, beside another choice of the robot: that is always possible."""
+
+    RETRY = Kind.RETRY.value
+    """The failed step again, by the same robot."""
+    REPLAN = Kind.REPLAN.value
+    """A process around the step is begun again, planned from what is known now."""
+    PROCESS = Kind.PROCESS_RECOVERY.value
+    """The same, after another process."""
+    ASK_PERSON = Kind.ASK_PERSON.value
+    """The same, when a person has helped."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Retry:
-    """The same robot does the failed step again.
+class Recovery:
+    """What may help after a failure.
 
     Attributes:
         name: Its individual in the ontology.
@@ -25,13 +39,16 @@ class Retry:
         odds: The probability that it helps.
         attempts: How often at most it is tried for one step.
         pause_s: How long to wait before; a part of `time_s`.
+        process: What is done before; empty where nothing is.
     """
 
     name: str
+    kind: RecoveryKind = RecoveryKind.RETRY
     time_s: float
     odds: float
     attempts: int
-    pause_s: float
+    pause_s: float = 0.0
+    process: str = ""
 
 
 class Recoveries:
@@ -69,21 +86,36 @@ class Recoveries:
                 return found[1]
         return str(number)
 
-    def retries(self, failure: str) -> tuple[Retry, ...]:
-        """The ways to try again that may help against a class of failure, by name; those of the classes above too."""
+    def failure_if_late(self, process: str) -> str:
+        """The class of failure that it is if a composite process takes too long; empty where the process says none."""
+        return str(self._ontology.value(Property.FAILURE_IF_LATE, process) or "")
+
+    def against(self, failure: str) -> tuple[Recovery, ...]:
+        """What may help against a class of failure, by name; what helps against the classes above does too.
+
+        Another choice of the robot is not among them (`Reassign`), nor is a process that no file names.
+        """
         above = self._ontology.superclasses.get(failure, frozenset({failure}))
         names = {str(r) for kind in above for r in self._ontology.values(Property.RECOVERED_BY, kind)}
-        return tuple(self._retry(name) for name in sorted(names) if self._ontology.is_a(name, Kind.RETRY))
+        found = (
+            self._recovery(name, kind)
+            for name in sorted(names)
+            for kind in RecoveryKind
+            if self._ontology.is_a(name, kind)
+        )
+        return tuple(recovery for recovery in found if recovery.process or recovery.kind is not RecoveryKind.PROCESS)
 
-    def _retry(self, name: str) -> Retry:
+    def _recovery(self, name: str, kind: RecoveryKind) -> Recovery:
         numbers: Mapping[Property, float | None] = {prop: self._number(prop, name) for prop in _NUMBERS}
         attempts = numbers[Property.MAX_ATTEMPTS]
-        return Retry(
+        return Recovery(
             name=name,
+            kind=kind,
             time_s=numbers[Property.RECOVERY_TIME_S] or 0.0,
             odds=numbers[Property.RECOVERY_ODDS] or 1.0,
             attempts=MOST_ATTEMPTS if attempts is None else int(attempts),
             pause_s=numbers[Property.PAUSE_S] or 0.0,
+            process=str(self._ontology.value(Property.USES_PROCESS, name) or ""),
         )
 
     def _number(self, prop: Property, name: str) -> float | None:

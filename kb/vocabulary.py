@@ -17,6 +17,7 @@ class Kind(StrEnum):
     PHYSICAL_OBJECT = "PhysicalObject"
     DATUM = "Datum"
     TEXT = "Text"
+    TRUTH_VALUE = "TruthValue"
     ATOMIC_PROCESS = "AtomicProcess"
     COMPOSITE_PROCESS = "CompositeProcess"
     SIMPLE_PROCESS = "SimpleProcess"
@@ -52,6 +53,9 @@ class Kind(StrEnum):
     FAILURE = "Failure"
     RECOVERY = "Recovery"
     RETRY = "Retry"
+    REPLAN = "Replan"
+    PROCESS_RECOVERY = "ProcessRecovery"
+    ASK_PERSON = "AskPerson"
     LEARNED_VALUE = "LearnedValue"
 
 
@@ -136,6 +140,9 @@ class Property(StrEnum):
     EXPECTED_FAILURE = "expectedFailure"
     FAILURE_CODE = "failureCode"
     RECOVERED_BY = "recoveredBy"
+    USES_PROCESS = "usesProcess"
+    FAILURE_IF_LATE = "failureIfLate"
+    IS_RESTARTABLE = "isRestartable"
     RECOVERY_TIME_S = "recoveryTime_s"
     RECOVERY_ODDS = "recoveryOdds"
     MAX_ATTEMPTS = "maxAttempts"

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Self, TypeAlias
 
@@ -21,6 +20,19 @@ from planner.errors import InvalidPlan
 from planner.making import MS_PER_S, Making, TravelSeconds, travel_tables
 from planner.network import Improvement, Network, Travel, read_network
 from planner.plan import EFFORT, Plan, PlannedStep, PlanStatus
+from planner.progress import (
+    Abandoned,
+    Begun,
+    Ended,
+    Exclusion,
+    Progress,
+    Retry,
+    Started,
+    StepEvent,
+    Surroundings,
+    Told,
+)
+from planner.remedy import Remedy
 from planner.validate import Start, beginning, violations
 
 _INFERENCES = 100_000_000
@@ -48,7 +60,9 @@ _add_request = _entry("steps", "add_request")
 _close_session = _entry("steps", "close_session")
 _next_actions = _entry("steps", "next_actions")
 _report = _entry("steps", "report")
-_retry = _entry("steps", "retry")
+_surroundings = _entry("mending", "surroundings")
+_retry = _entry("mending", "retry")
+_redo = _entry("mending", "redo")
 _observe = _entry("steps", "observe")
 _rebase = _entry("steps", "rebase")
 _release = _entry("steps", "release")
@@ -58,91 +72,6 @@ _look_ahead = _entry("planning", "look_ahead")
 _cover_plan = _entry("planning", "cover_plan")
 _task_network = _entry("planning", "task_network")
 _outset = _entry("outset", "outset")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Started:
-    """A primitive action may start, and counts as started."""
-
-    action: Action
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Begun:
-    """A composite process has begun with its first action."""
-
-    action: Action
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Ended:
-    """A composite process has ended."""
-
-    action: Action
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Told:
-    """An effect: from now on, the property of the subject has this value."""
-
-    prop: str
-    subject: str
-    value: Value
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Abandoned:
-    """A running primitive action is no longer wanted, as the world has changed: stop it, forget its outcome."""
-
-    action: Action
-
-
-StepEvent: TypeAlias = Started | Begun | Ended | Told | Abandoned
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Progress:
-    """What an outcome led to, in order.
-
-    Attributes:
-        done: Nothing remains of the program.
-        running: How many actions are running now.
-        replan: The plan goes no further, or was made for something else than what is so now: plan again.
-        own: So many of the facts told, the first, are effects of the action reported; the others are effects of the
-            process that ends next.
-        released: The action reported was the last of a robot that is no longer capable of what it was to do next;
-            another is chosen.
-    """
-
-    events: tuple[StepEvent, ...]
-    done: bool
-    running: int
-    replan: bool
-    own: int = 0
-    released: bool = False
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Retry:
-    """What is left after a failure.
-
-    Attributes:
-        excluded: The individual (the robot, as a rule) that is chosen no more where it had been chosen; None if the
-            program leaves no other choice.
-        abandoned: What else was running for that choice, and is no longer wanted.
-    """
-
-    excluded: str | None
-    abandoned: tuple[Action, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Exclusion:
-    """A robot that cannot do a process, and the capability that it lacks."""
-
-    process: str
-    robot: str
-    capability: str
 
 
 class Session:
@@ -374,20 +303,51 @@ class Session:
         twin = copy.copy(self)
         twin._key, twin._snapshot, twin._from_start = key, snapshot, False
         twin._abandoned, twin._unfit = set(self._abandoned), set(self._unfit)
+        twin._programs = [*self._programs]
         return twin
 
     def may_go_on(self, action: Action) -> bool:
         """Whether the robot of a running action is still capable of what it is to do next."""
         return action.id not in self._unfit
 
-    def failed(self, action: Action, *, now_s: float) -> Retry:
-        """Report that an action has failed. Plan again before going on."""
-        answer = _retry(struct("failed", self._key, round(now_s * MS_PER_S), action.id))
+    def surroundings(self, action: Action) -> Surroundings:
+        """Where in the program a running action stands."""
+        answer = _surroundings(struct("around", self._key, action.id))
+        return Surroundings(processes=tuple(map(self._action, answer["processes"])), picks=answer["picks"])
+
+    def failed(self, action: Action, *, out: int = 0, now_s: float) -> Retry:
+        """Report that an action has failed, and what was chosen for it is not to be chosen again. Plan before going on.
+
+        Args:
+            out: Which choice is made again: the innermost one around the action (0), the next (1), and so on.
+        """
+        answer = _retry(struct("failed", self._key, round(now_s * MS_PER_S), action.id, out))
+        abandoned = self._given_up(action, answer)
+        return Retry(excluded=str(answer["excluded"]) if answer["retry"] else None, abandoned=abandoned)
+
+    def redo(self, action: Action, whole: str, remedy: Remedy | None, *, now_s: float) -> tuple[Action, ...]:
+        """Report that an action has failed, and that a process around it is begun again. Plan before going on.
+
+        Args:
+            whole: Id of the process, or of the action itself.
+            remedy: What is done before.
+
+        Returns:
+            What else was running in the process, and is no longer wanted.
+        """
+        before: list[Term] = [remedy.program] if remedy else []
+        found: Term = remedy.found or "none" if remedy else "none"
+        if remedy:
+            self._programs.append(self._snapshot.program(remedy.process))
+        answer = _redo(struct("redone", self._key, round(now_s * MS_PER_S), action.id, whole, before, found))
+        return self._given_up(action, answer)
+
+    def _given_up(self, failed: Action, answer: Mapping[str, Any]) -> tuple[Action, ...]:
         events = [self._event(*row) for row in answer["events"]]
         abandoned = tuple(e.action for e in events if isinstance(e, Abandoned))
         self._abandoned |= {a.id for a in abandoned}
-        self._unfit -= {action.id, *self._abandoned}
-        return Retry(excluded=str(answer["excluded"]) if answer["retry"] else None, abandoned=abandoned)
+        self._unfit -= {failed.id, *self._abandoned}
+        return abandoned
 
     def _chosen_anew(self, action: Action, *, now_s: float) -> Progress:
         """An action has ended whose robot must not go on; a plan is made when all such have."""

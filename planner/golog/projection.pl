@@ -170,8 +170,12 @@ apply_effects(Head, S0, S) :-
     findall(Key-Value, ( effect(Revision, Head, fluent(P, X), Value), Key = P-X ), Changes),
     foldl(change, Changes, S0, S).
 
+%   What an action has found out is known from now on; looking ahead, it is not.
 change((Property-Subject)-Value, S0, S) :-
-    set_data(Property-Subject, Value, S0, S1),
+    (   mode(S0, act(_)), known(Value, Truth, S0), memberchk(Truth, [true, false])
+    ->  set_data(Property-Subject, Truth, S0, S1)
+    ;   set_data(Property-Subject, Value, S0, S1)
+    ),
     note(told(Property, Subject, Value), S1, S).
 
 exclude(Pick, Individual, S0, S) :-

@@ -4,11 +4,11 @@
             close_session/2,            % +Session, -Dict
             next_actions/2,             % +Request, -Dict
             report/2,                   % +Outcome, -Dict
-            retry/2,                    % +Failure, -Dict
             observe/2,                  % +Change, -Dict
             rebase/2,                   % +Change, -Dict
             release/2,                  % +Ending, -Dict
-            fork_session/2              % +Fork, -Dict
+            fork_session/2,             % +Fork, -Dict
+            event_row/3                 % +Event, +Situation, -Row
           ]).
 
 /** <module> The planner online: outcome in, startable actions out
@@ -233,43 +233,3 @@ fork_session(fork(Session, Copy, Now, Revision, Forgotten), _{}) :-
     released(P1, P, S2, S3),
     take_log(S3, _, S),
     keep(Copy, P, S).
-
-%!  retry(+Failure, -Dict) is det.
-%
-%   Failure is failed(Session, Now, Id): the action has failed. The innermost choice of an individual
-%   around it is open again, without the one that failed; `retry` tells whether there was one, `events`
-%   what else was running for that choice and is abandoned. Until a new plan is adopted, nothing is chosen.
-
-retry(failed(Session, Now, Id), _{retry: Retry, excluded: Excluded, events: Rows}) :-
-    kept(Session, P, S0),
-    at_time(S0, Now, S1),
-    stop(Id, S1, S2),
-    (   reopened(P, Id, P1, Pick, X, GivenUp)
-    ->  exclude(Pick, X, S2, S3),
-        drop_all(GivenUp, S3, S4),
-        released(P1, P2, S4, S5),
-        set_data(awaiting, true, S5, S6),
-        drop(planned, S6, S7),
-        take_log(S7, Events, S),
-        findall(Row, ( member(Event, Events), event_row(Event, S, Row) ), Rows),
-        keep(Session, P2, S),
-        Retry = true, Excluded = X
-    ;   keep(Session, P, S2),
-        Retry = false, Excluded = null, Rows = []
-    ).
-
-%   GivenUp: what was left of the program within the choice.
-reopened([P|Ps], Id, [P1|Ps], Pick, X, G) :- reopened(P, Id, P1, Pick, X, G).
-reopened(conc(Ps), Id, conc(Qs), Pick, X, G) :- reopened_one(Ps, Id, Qs, Pick, X, G).
-reopened(pconc(Ps), Id, pconc(Qs), Pick, X, G) :- reopened_one(Ps, Id, Qs, Pick, X, G).
-reopened(scope(I, H, P), Id, scope(I, H, Q), Pick, X, G) :- reopened(P, Id, Q, Pick, X, G).
-reopened(deadline(Ms, P), Id, deadline(Ms, Q), Pick, X, G) :- reopened(P, Id, Q, Pick, X, G).
-reopened(picked(PickId-Picked, Again, P), Id, Q, Pick, X, G) :-
-    (   reopened(P, Id, P1, Pick, X, G)
-    ->  Q = picked(PickId-Picked, Again, P1)
-    ;   runs(P, Id)
-    ->  Q = Again, Pick = PickId, X = Picked, G = P
-    ).
-
-reopened_one([P|Ps], Id, [Q|Ps], Pick, X, G) :- reopened(P, Id, Q, Pick, X, G), !.
-reopened_one([P|Ps], Id, [P|Qs], Pick, X, G) :- reopened_one(Ps, Id, Qs, Pick, X, G).

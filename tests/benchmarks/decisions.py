@@ -22,7 +22,8 @@ import numpy as np
 from kb.store import Snapshot
 from kb.terms import Action
 from planner.network import Travel
-from planner.planner import Session, Started
+from planner.planner import Session
+from planner.progress import Started
 from tests.benchmarks.harness import Figure, main
 from tests.planner.labs import larger_lab
 

@@ -10,9 +10,10 @@ from executive.request import TaskRequest
 from executive.state import State
 from executive.trace import TraceEvent
 from grounding.outcome import Outcome, OutcomeStatus
+from kb.recoveries import Recovery, RecoveryKind
 from kb.terms import Action, Argument
 from planner.plan import Plan, PlannedStep, PlanStatus
-from planner.planner import Progress, Started, StepEvent
+from planner.progress import Progress, Started, StepEvent
 
 NO_LIMITS: Mapping[str, float] = MappingProxyType({})
 SUCCEEDED = Outcome(status=OutcomeStatus.SUCCEEDED, failure="", reason="", outputs={}, elapsed_s=0.5)
@@ -64,10 +65,17 @@ def arrived(number: int, outcome: Outcome = SUCCEEDED) -> events.OutcomeArrived:
     return events.OutcomeArrived(number=number, outcome=outcome, planned_s=0.4, shown={})
 
 
-def recovered(number: int, retry: str = "", *, pause_s: float = 0.0) -> events.RecoveryWasChosen:
-    """What is done about a failure: a try in some way, or a plan without what has failed."""
+def recovered(
+    number: int, name: str = "", kind: RecoveryKind = RecoveryKind.RETRY, *, pause_s: float = 0.0, process: str = ""
+) -> events.RecoveryWasChosen:
+    """What is done about a failure: something that may help, or a plan without what has failed."""
+    recovery = Recovery(name=name, kind=kind, time_s=8.0, odds=0.5, attempts=2, pause_s=pause_s, process=process)
     return events.RecoveryWasChosen(
-        number=number, outcome=BROKEN, retry=retry, failure="UnknownFailure", reason="it is sooner", pause_s=pause_s
+        number=number,
+        outcome=BROKEN,
+        recovery=recovery if name else None,
+        failure="UnknownFailure",
+        reason="it is sooner",
     )
 
 

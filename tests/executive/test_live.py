@@ -14,7 +14,7 @@ from executive.kb_commands.history import history_of
 from executive.loop import step
 from executive.state import State
 from kb.files import SHIPPED
-from planner.planner import Ended, Progress, Started, Told
+from planner.progress import Ended, Progress, Started, Told
 from tests.executive.made import action, after, others, planned, ready, recorded, requested
 
 SWEEP = action("Sweep", "r1")

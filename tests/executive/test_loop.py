@@ -35,7 +35,7 @@ from kb.errors import InternalError
 from kb.history import SourceKind
 from kb.vocabulary import Property
 from planner.plan import PlanStatus
-from planner.planner import Abandoned, Begun, Ended, Progress, Started, StepEvent, Told
+from planner.progress import Abandoned, Begun, Ended, Progress, Started, StepEvent, Told
 from tests.executive.made import (
     BROKEN,
     GONE,

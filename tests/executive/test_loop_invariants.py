@@ -10,7 +10,7 @@ from executive.state import State
 from executive.trace import ActionReady, TaskStatusChanged
 from kb.errors import InternalError
 from planner.plan import PlanStatus
-from planner.planner import Begun, Ended, Started, StepEvent
+from planner.progress import Begun, Ended, Started, StepEvent
 from tests.executive.made import BROKEN, SUCCEEDED, action, arrived, planned, ready, requested
 
 TASKS = ("one", "two", "three")

@@ -34,6 +34,7 @@ JSON: st.SearchStrategy[Any] = st.recursive(
 FIELDS: dict[str, st.SearchStrategy[Any]] = {
     "str": TEXTS,
     "int": st.integers(),
+    "bool": st.booleans(),
     "float": NUMBERS,
     "list[str]": st.lists(TEXTS, max_size=3),
     "dict[str, str]": st.dictionaries(TEXTS, TEXTS, max_size=3),

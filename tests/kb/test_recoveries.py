@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from kb.recoveries import MOST_ATTEMPTS, Recoveries, Retry
+from kb.recoveries import MOST_ATTEMPTS, Recoveries, Recovery
 from kb.store import KnowledgeBase
 
 
@@ -31,11 +31,11 @@ def test_a_code_means_a_class_of_failure(code: str, failure: str, recoveries: Re
 
 def test_what_helps_against_a_class_helps_against_those_below(recoveries: Recoveries) -> None:
     """A reply that does not come is tried for as any call is that does not come through."""
-    retry = Retry(name="retry", time_s=1.0, odds=0.3, attempts=2, pause_s=0.0)
-    assert recoveries.retries("TimedOut") == recoveries.retries("CommunicationFailure") == (retry,)
-    assert [way.name for way in recoveries.retries("SensorSilent")] == ["look_again", "retry_after_pause"]
-    assert recoveries.retries("SensorSilent")[1].pause_s > 0.0
-    assert recoveries.retries("Canceled") == ()
+    retry = Recovery(name="retry", time_s=1.0, odds=0.3, attempts=2, pause_s=0.0)
+    assert recoveries.against("TimedOut") == recoveries.against("CommunicationFailure") == (retry,)
+    assert [way.name for way in recoveries.against("SensorSilent")] == ["look_again", "retry_after_pause"]
+    assert recoveries.against("SensorSilent")[1].pause_s > 0.0
+    assert recoveries.against("Canceled") == ()
     assert MOST_ATTEMPTS == 10
 
 

@@ -96,44 +96,4 @@ test('a copy is planned with; the session knows nothing of it', Dones == [false,
     findall(Done, ( member(Id, ['r4/task/guard/watch', 'r4/task/count', 'r4/task/guard/report']),
                     report(done(r4, 10, Id, []), D), get_dict(done, D, Done) ), Dones).
 
-test('after a failure the choice is open again, without who failed', Found == [true, r1, r2]) :-
-    open(f1), plan(f1, 0, _), next_actions(next(f1, 0), _),
-    retry(failed(f1, 5, 'f1/task/guard/watch'), Dict), plan(f1, 5, _), next_actions(next(f1, 5), Next),
-    shown(Next, Events), memberchk(started-'f1/task/guard/watch'-Robot, Events),
-    _{retry: Retry, excluded: Excluded} :< Dict,
-    Found = [Retry, Excluded, Robot].
-test('before it is planned again, nothing is given to who failed', Events == []) :-
-    open(f2), plan(f2, 0, _), next_actions(next(f2, 0), _),
-    retry(failed(f2, 5, 'f2/task/guard/watch'), _), next_actions(next(f2, 5), Next), shown(Next, Events).
-test('where all have failed, there is no plan', Status == unsolvable_proven) :-
-    open(f3), plan(f3, 0, _), next_actions(next(f3, 0), _),
-    retry(failed(f3, 5, 'f3/task/guard/watch'), _), plan(f3, 5, _), next_actions(next(f3, 5), _),
-    retry(failed(f3, 9, 'f3/task/guard/watch'), _), plan(f3, 9, Dict),
-    get_dict(status, Dict, Status).
-test('what was not chosen cannot be retried', Retry == false) :-
-    open(f4), plan(f4, 0, _), next_actions(next(f4, 0), _), retry(failed(f4, 5, 'f4/task/count'), Dict),
-    get_dict(retry, Dict, Retry).
-test('a failure in the middle of a process begins it again', Events == [begun-'f5/task/guard'-r2,
-                                                                        started-'f5/task/guard/watch'-r2]) :-
-    open(f5), plan(f5, 0, _), next_actions(next(f5, 0), _), report(done(f5, 10, 'f5/task/guard/watch', []), _),
-    retry(failed(f5, 15, 'f5/task/guard/report'), _), plan(f5, 15, _), next_actions(next(f5, 15), Next),
-    shown(Next, Events).
-
 :- end_tests(sessions).
-
-% Both robots scan and lift at once; what fails takes what runs beside it along.
-
-:- begin_tests(abandoning, [setup(station), cleanup(station_gone)]).
-
-pair(Key) :-
-    load_facts([definition(t, 'Pair', F, pick(F, pick, R, 'Robot', conc([call(F, watch, 'Watch'(R)), call(F, count, 'Count')])))], _),
-    open_session(request(Key, t, 'Pair', 2, 0), _).
-
-test('what ran for the same choice is abandoned, and begins anew', Found == [['a1/task/count'], ['a1/task/watch', 'a1/task/count']]) :-
-    pair(a1), plan(a1, 0, _), next_actions(next(a1, 0), _), retry(failed(a1, 5, 'a1/task/watch'), Dict),
-    findall(Id, ( member([abandoned, Id|_], Dict.events) ), Abandoned),
-    plan(a1, 5, _), next_actions(next(a1, 5), Next),
-    findall(Id, member([started, Id|_], Next.events), Started),
-    Found = [Abandoned, Started].
-
-:- end_tests(abandoning).

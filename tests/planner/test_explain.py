@@ -20,7 +20,8 @@ from planner.explaining_starts import Cause
 from planner.hypotheses import Change, ChangeKind
 from planner.obstacles import ObstacleKind
 from planner.plan import Plan, PlanStatus
-from planner.planner import Session, Started
+from planner.planner import Session
+from planner.progress import Started
 from tests.planner.conftest import Times, travel_of
 from tests.planner.yard import TIMES, Yard, call, yard
 from tests.planner.yard_programs import random_job

@@ -12,7 +12,8 @@ from kb.prolog import Entry, PrologError
 from kb.store import Snapshot
 from kb.terms import Action, Var, struct
 from planner.plan import Plan, PlanStatus
-from planner.planner import Begun, Ended, Progress, Session, Started, Told
+from planner.planner import Session
+from planner.progress import Begun, Ended, Progress, Started, Told
 from tests.planner.conftest import Times, random_times, travel_of
 
 ROBOTS = ("amigo_1", "pico_1")

@@ -9,7 +9,8 @@ import pytest
 
 from kb.store import Snapshot
 from planner.plan import Plan, PlanStatus
-from planner.planner import Ended, Session
+from planner.planner import Session
+from planner.progress import Ended
 from tests.planner.conftest import random_times, travel_of
 from tests.planner.test_planner import LAB_PLACES, ROBOTS, TIMES, Driver
 

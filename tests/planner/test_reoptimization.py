@@ -11,7 +11,8 @@ import pytest
 
 from kb.store import Snapshot
 from planner.plan import Plan, PlanStatus
-from planner.planner import Abandoned, Begun, Ended, Progress, Session, Solver, Started
+from planner.planner import Session, Solver
+from planner.progress import Abandoned, Begun, Ended, Progress, Started
 from tests.planner.conftest import Times, random_times, travel_of
 from tests.planner.test_planner import LAB_PLACES, NAVIGATE_S, PLACES, ROBOTS, SEARCH_S, TIMES, Driver
 

@@ -16,7 +16,8 @@ from executive.events import Requested, TaskStatus
 from executive.pace import SIMULATED
 from executive.recorder import Recorder
 from executive.request import check_request
-from executive.shell import Shell, TaskResult
+from executive.results import TaskResult
+from executive.shell import Shell
 from grounding.errors import GroundingError
 from grounding.inprocess import InProcessTransport, Service
 from grounding.runner import compute_services
