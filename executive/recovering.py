@@ -85,7 +85,7 @@ def choose(
         if asked.tried.get(way.name, 0) < way.attempts and _may_help(way, asked, whole, can_ask=can_ask)
     ]
     decision, out = _NOTHING, 0
-    foreseen = bool(ways or around.picks > 1) and session.may_go_on(asked.action)
+    foreseen = bool(ways or len(around.chosen) > 1) and session.may_go_on(asked.action)
     if foreseen:
         remaining_s = max(plan.made_at_s + plan.makespan_s - now_s, 0.0)
         copies = _Copies(asked.action, session, snapshot, forecast, now_s)
@@ -96,7 +96,7 @@ def choose(
                 takes_s = copies.takes_again(way, whole or asked.action, around.processes, takes_s)
             helped_s[way.name] = takes_s
         ways = [way for way in ways if helped_s[way.name] < UNDONE_S]
-        other_s, out = copies.takes_without(around.picks)
+        other_s, out = copies.takes_without(around.chosen)
         decision = decide(ways, asked.tried, helped_s=helped_s, other_s=other_s)
     recovery = decision.recovery
     chosen = RecoveryWasChosen(
@@ -172,11 +172,16 @@ class _Copies:
             return UNDONE_S
         return max(usual_s, plan.makespan_s) if plan.waits_for else plan.makespan_s
 
-    def takes_without(self, picks: int) -> tuple[float | None, int]:
-        """Until the task is done, if what was chosen for the action is chosen anew, and which choice is: the innermost
-        one that leaves a way; None for the time if there is none.
+    def takes_without(self, chosen: Sequence[str | int]) -> tuple[float | None, int]:
+        """Until the task is done, if what was chosen for the action is chosen anew, and which choice is.
+
+        That of a robot rather than of anything else, and the innermost one that leaves a way; None for the time if
+        there is none.
+
+        Args:
+            chosen: What was chosen around the action, the innermost first.
         """
-        for out in range(picks):
+        for out in sorted(range(len(chosen)), key=lambda n: (chosen[n] not in self.action.robots, n)):
             with closing(self._copy(f"without@{out}")) as twin:
                 if twin.failed(self.action, out=out, now_s=self.now_s).excluded is None:
                     continue

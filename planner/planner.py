@@ -241,6 +241,7 @@ class Session:
             team=frozenset(told["team"]),
             worked_ms=dict(told["worked"]),
             excluded=frozenset((pick, individual) for pick, individual in told["excluded"]),
+            places=dict(told["places"]),
         )
 
     def next_actions(self, *, now_s: float) -> Progress:
@@ -313,7 +314,7 @@ class Session:
     def surroundings(self, action: Action) -> Surroundings:
         """Where in the program a running action stands."""
         answer = _surroundings(struct("around", self._key, action.id))
-        return Surroundings(processes=tuple(map(self._action, answer["processes"])), picks=answer["picks"])
+        return Surroundings(processes=tuple(map(self._action, answer["processes"])), chosen=tuple(answer["chosen"]))
 
     def failed(self, action: Action, *, out: int = 0, now_s: float) -> Retry:
         """Report that an action has failed, and what was chosen for it is not to be chosen again. Plan before going on.

@@ -75,8 +75,8 @@ class Retry:
     """What is left after a failure.
 
     Attributes:
-        excluded: The individual (the robot, as a rule) that is chosen no more where it had been chosen; None if the
-            program leaves no other choice.
+        excluded: The individual (the robot, as a rule), or the process of a branch, that is chosen no more where it had
+            been chosen; None if the program leaves no other choice.
         abandoned: What else was running for that choice, and is no longer wanted.
     """
 
@@ -99,8 +99,8 @@ class Surroundings:
 
     Attributes:
         processes: Those that it is part of, the outermost first.
-        picks: How many individuals were chosen around it.
+        chosen: What was chosen around it, the innermost first: individuals, and branches by number.
     """
 
     processes: tuple[Action, ...]
-    picks: int
+    chosen: tuple[str | int, ...]

@@ -57,7 +57,7 @@ def violations(
         return odd
     found = [*_figures(plan), *not_going_on(plan, start)]
     definitions = _definitions(program)
-    knowledge, demands = Knowledge(snapshot, start.truths), Demands(snapshot, definitions)
+    knowledge, demands = Knowledge(snapshot, start.truths, start.places), Demands(snapshot, definitions)
     constructs = Constructs(
         definitions=definitions,
         demands=demands,

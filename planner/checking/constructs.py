@@ -26,13 +26,13 @@ class Constructs:
         demands: Demands,
         knowledge: Knowledge,
         choices: Choices,
-        excluded: frozenset[tuple[str, str]],
+        excluded: frozenset[tuple[str, str | int]],
         began_ms: int,
     ) -> None:
         """Take what does not change.
 
         Args:
-            excluded: Choices, by id, and individuals that may not be picked there any more.
+            excluded: Choices, by id, and individuals, or numbers of branches, that may not be chosen there any more.
             began_ms: When the request began, from which deadlines count.
         """
         self._definitions = definitions
@@ -188,7 +188,8 @@ class Constructs:
         match todo.term:
             case Struct("choice", (frame, step, list(branches))):
                 choice_id = f"{bound(frame, todo.binding)}/{step}"
-                for number, after in self._answers(choice_id, range(1, len(branches) + 1), moment, free=free):
+                open_ones = [n for n in range(1, len(branches) + 1) if (choice_id, n) not in self._excluded]
+                for number, after in self._answers(choice_id, open_ones, moment, free=free):
                     yield self.node(branches[int(number) - 1], todo.binding), after
             case Struct("pick", (frame, step, Var(name), str(kind), body)):
                 choice_id = f"{bound(frame, todo.binding)}/{step}"

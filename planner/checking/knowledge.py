@@ -13,6 +13,7 @@ from typing import TypeAlias
 
 from kb.store import Snapshot
 from kb.terms import Struct, Term, Var
+from kb.vocabulary import Property
 from planner.checking.moment import Binding, CannotCheck, Moment, OnlyActingTells, bound, same, shown
 
 _Conjunct: TypeAlias = tuple[Term, frozenset[str]]
@@ -31,14 +32,16 @@ _COMPARISONS = {
 class Knowledge:
     """What is known of a moment: the ontology, what was told, what effects have set since."""
 
-    def __init__(self, snapshot: Snapshot, truths: Mapping[str, bool]) -> None:
+    def __init__(self, snapshot: Snapshot, truths: Mapping[str, bool], places: Mapping[str, str]) -> None:
         """Take what is known when the plan begins.
 
         Args:
             truths: What actions have found out, by place.
+            places: Where robots are by now.
         """
         self._ontology = snapshot.ontology
-        self._told = snapshot.fluents
+        self._told = dict(snapshot.fluents)
+        self._told.update({(Property.LOCATED_AT, robot): place for robot, place in places.items()})
         self._truths = truths
         self._members: dict[str, list[str]] = {}
         self._subjects: dict[str, set[str]] = {}

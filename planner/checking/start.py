@@ -27,7 +27,8 @@ class Start:
         claimed: Ids of the steps and processes that use a resource, by resource.
         team: Robots that have taken part.
         worked_ms: How long robots have been busy with steps, those under way taken whole.
-        excluded: Choices, by id, and individuals that may not be picked there any more.
+        excluded: Choices, by id, and individuals, or numbers of branches, that may not be chosen there any more.
+        places: Where robots are known to be.
     """
 
     remaining: Term
@@ -39,7 +40,8 @@ class Start:
     claimed: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     team: frozenset[str] = frozenset()
     worked_ms: Mapping[str, int] = field(default_factory=dict)
-    excluded: frozenset[tuple[str, str]] = frozenset()
+    excluded: frozenset[tuple[str, str | int]] = frozenset()
+    places: Mapping[str, str] = field(default_factory=dict)
 
 
 def beginning(key: str, request: Term, began_s: float) -> Start:

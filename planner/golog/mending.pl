@@ -6,9 +6,9 @@
 
 /** <module> What is left to do after an action has failed
 
-Either a choice of an individual around the action is made again without the one that failed (retry/2), or a process
-around it, or the action itself, is begun again (redo/2), for what may help to be done before. Until a new plan is
-adopted, nothing is chosen. These are entries of planner/planner.py (see kb/prolog.py).
+Either a choice around the action, of an individual or of a branch, is made again without what failed (retry/2), or a
+process around it, or the action itself, is begun again (redo/2), for what may help to be done before. Until a new plan
+is adopted, nothing is chosen. These are entries of planner/planner.py (see kb/prolog.py).
 */
 
 :- use_module(library(lists)).
@@ -22,48 +22,63 @@ adopted, nothing is chosen. These are entries of planner/planner.py (see kb/prol
 %!  surroundings(+Failure, -Dict) is det.
 %
 %   Failure is around(Session, Id), an action that runs: `processes` tells the processes that it is part of, the
-%   outermost first, `picks` how many individuals were chosen around it.
+%   outermost first, `chosen` what was chosen around it, individuals and numbers of branches, the innermost first.
 
-surroundings(around(Session, Id), _{processes: Rows, picks: Picks}) :-
+surroundings(around(Session, Id), _{processes: Rows, chosen: Chosen}) :-
     kept(Session, P, S),
     around(P, Id, Around), !,
     findall(Row, ( member(scope(I, Head), Around), agents_of(Head, Agents, S), action_row(I, Head, Agents, Row) ), Rows),
-    aggregate_all(count, member(pick(_), Around), Picks).
+    findall(X, member(chosen(X), Around), Outermost),
+    reverse(Outermost, Chosen).
 
 around([P|_], Id, Around) :- around(P, Id, Around).
 around(conc(Ps), Id, Around) :- member(P, Ps), around(P, Id, Around).
 around(pconc(Ps), Id, Around) :- member(P, Ps), around(P, Id, Around).
 around(scope(I, Head, P), Id, [scope(I, Head)|Around]) :- around(P, Id, Around).
-around(picked(PickId-_, _, P), Id, [pick(PickId)|Around]) :- around(P, Id, Around).
+around(picked(_-X, Again, P), Id, Around) :-
+    ( single(Again) -> Around = Rest ; Around = [chosen(X)|Rest] ),
+    around(P, Id, Rest).
 around(deadline(_, P), Id, Around) :- around(P, Id, Around).
 around(search(P), Id, Around) :- around(P, Id, Around).
 around(running(Id), Id, []).
 
+%   A choice of one branch is none.
+single(choice(_, _, [_])).
+
 %!  retry(+Failure, -Dict) is det.
 %
-%   Failure is failed(Session, Now, Id, Out): the action has failed. The choice of an individual around it is open
-%   again, without the one that failed: the innermost choice where Out is 0, the next one where it is 1, and so on.
-%   `retry` tells whether there is one, `events` what else was running for that choice and is abandoned.
+%   Failure is failed(Session, Now, Id, Out): the action has failed. A choice around it is open again, without what
+%   was chosen: the innermost choice where Out is 0, the next one where it is 1, and so on. `retry` tells
+%   whether there is one, `events` what else was running for that choice and is abandoned.
 
 retry(failed(Session, Now, Id, Out), _{retry: Retry, excluded: Excluded, events: Rows}) :-
     kept(Session, P, S0),
     at_time(S0, Now, S1),
     stop(Id, S1, S2),
-    (   reopened(P, Id, Out, P1, Pick, X, GivenUp)
+    (   reopened(P, Id, Out, P1, Pick, X, Again, GivenUp)
     ->  exclude(Pick, X, S2, S3),
         planned_anew(GivenUp, P1, P2, S3, S, Rows),
         keep(Session, P2, S),
-        Retry = true, Excluded = X
+        called(X, Again, Excluded),
+        Retry = true
     ;   keep(Session, P, S2),
         Retry = false, Excluded = null, Rows = []
     ).
 
-%   GivenUp: what was left of the program within the choice.
-reopened(P, Id, Out, Q, Pick, X, GivenUp) :-
-    aggregate_all(count, ( around(P, Id, Around), member(pick(_), Around) ), Picks),
-    Depth is Picks - Out,
+%   What was chosen, as people know it: a branch by the process that it performs.
+called(X, Again, Name) :-
+    (   Again = choice(_, _, Ps), nth1(X, Ps, call(_, _, Head))
+    ->  functor(Head, Name, _)
+    ;   Name = X
+    ).
+
+%   GivenUp: what was left of the program within the choice, which is Again.
+reopened(P, Id, Out, Q, Pick, X, Again, GivenUp) :-
+    once(around(P, Id, Around)),
+    aggregate_all(count, member(chosen(_), Around), Choices),
+    Depth is Choices - Out,
     Depth > 0,
-    changed(P, Id, opened(Depth, Pick, X), Q, GivenUp).
+    changed(P, Id, opened(Depth, Pick, X, Again), Q, GivenUp).
 
 %!  redo(+Failure, -Dict) is det.
 %
@@ -98,18 +113,22 @@ changed(scope(I, Head, P), Id, Change, Q, G) :-
         changed(P, Id, Change, Q0, G)
     ).
 changed(picked(PickId-X, Again, P), Id, Change, Q, G) :-
-    (   Change = opened(1, PickId, X)
+    (   Change = opened(1, PickId, X, Again), \+ single(Again)
     ->  runs(P, Id),
         Q = Again, G = P
-    ;   Change = opened(Depth, Pick, Y)
-    ->  Below is Depth - 1,
+    ;   inside(Change, Again, Change1),
         Q = picked(PickId-X, Again, Q0),
-        changed(P, Id, opened(Below, Pick, Y), Q0, G)
-    ;   Q = picked(PickId-X, Again, Q0),
-        changed(P, Id, Change, Q0, G)
+        changed(P, Id, Change1, Q0, G)
     ).
 changed(running(Id), Id, begun_again(Id, Head, Before, Found), Q, running(Id)) :-
     again(Id, Head, Before, Found, Q).
+
+inside(Change0, Again, Change) :-
+    (   Change0 = opened(Depth, Pick, X, Chosen), \+ single(Again)
+    ->  Below is Depth - 1,
+        Change = opened(Below, Pick, X, Chosen)
+    ;   Change = Change0
+    ).
 
 changed_one([P|Ps], Id, Change, [Q|Ps], G) :- changed(P, Id, Change, Q, G), !.
 changed_one([P|Ps], Id, Change, [P|Qs], G) :- changed_one(Ps, Id, Change, Qs, G).

@@ -11,6 +11,7 @@ under way: the remaining program as a term, and what the situation holds.
 :- use_module(library(assoc)).
 :- use_module(library(lists)).
 :- use_module(library(apply)).
+:- use_module(kb_rules(facts), [kind/3]).
 :- use_module(planner_golog(projection)).
 :- use_module(planner_golog(sessions)).
 
@@ -20,7 +21,7 @@ under way: the remaining program as a term, and what the situation holds.
 %   for a variable, lists and atomic values as they are.
 
 outset(Session, _{program: Program, began: Began, fluents: Fluents, truths: Truths, running: Running, held: Held,
-                  claimed: Claimed, team: Team, worked: Worked, excluded: Excluded}) :-
+                  claimed: Claimed, team: Team, worked: Worked, excluded: Excluded, places: Places}) :-
     ahead_of(Session, P0, S),
     copy_term(P0, P),
     numbervars(P, 0, _),
@@ -36,7 +37,9 @@ outset(Session, _{program: Program, began: Began, fluents: Fluents, truths: Trut
     findall([Robot, Id], known_pair(S, held-Robot, Id), Held),
     findall([Resource, Ids], known_pair(S, claimed(Resource), Ids), Claimed),
     findall([Robot, Ms], known_pair(S, worked(Robot), Ms), Worked),
-    findall([Pick, X], known_pair(S, excluded(Pick, X), true), Excluded).
+    findall([Pick, X], known_pair(S, excluded(Pick, X), true), Excluded),
+    revision(S, Revision),
+    findall([Robot, Place], ( kind(Revision, Robot, 'Robot'), fluent_value(locatedAt, Robot, Place, S) ), Places).
 
 told(Term, Told) :-
     (   is_list(Term)

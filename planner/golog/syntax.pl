@@ -55,8 +55,9 @@ The body of a loop must have something to do every time: a loop that turns witho
 without time passing, for ever.
 
 As a program is executed, other terms take the place of what has begun: running(Id) of a step,
-scope(Id, Head, P) of a composite process, picked(Id-Individual, Pick, P) of a pick, with the pick as it
-was, star(Frame, Step, P, Times) and any_order(Frame, Step, [Number-P, ...], Parts). They are not written.
+scope(Id, Head, P) of a composite process, picked(Id-Individual, Pick, P) of a pick and picked(Id-Number,
+Choice, P) of a choice, with the pick or choice as it was, star(Frame, Step, P, Times) and any_order(Frame,
+Step, [Number-P, ...], Parts). They are not written.
 */
 
 :- use_module(library(lists)).

@@ -41,7 +41,7 @@ trans([P|Ps], S, [P1|Ps], S1) :-                    % sequence, first part: [Con
 trans([P|Ps], S, Rest, S1) :-                       % sequence, the first part being done
     final(P, S, S0),
     trans(Ps, S0, Rest, S1).
-trans(choice(Frame, Step, Ps), S, P1, S1) :-        % nondeterministic branch: [Golog]
+trans(choice(Frame, Step, Ps), S, picked(Id-N, choice(Frame, Step, Ps), P1), S1) :- % nondeterministic branch: [Golog]
     step_id(Frame, Step, Id),
     ( next_choice(Id, Planned, S) -> N = Planned ; free_choice(S) ),
     nth1(N, Ps, P),

@@ -1,5 +1,7 @@
 :- use_module(library(plunit)).
 :- use_module(library(lists)).
+:- use_module(library(apply)).
+:- use_module(library(yall)).
 :- use_module(kb_rules(facts)).
 :- use_module(planner_golog(mending)).
 :- use_module(planner_golog(planning)).
@@ -18,6 +20,8 @@ mended :-
           definition(m, 'Guard'(R3), F3, [call(F3, watch, 'Watch'(R3)), call(F3, report, 'Watch'(R3))]),
           definition(m, 'Main', F4, conc([ pick(F4, pick, R4, 'Robot', call(F4, guard, 'Guard'(R4))),
                                            call(F4, count, 'Count') ])),
+          definition(m, 'Either', F7, choice(F7, way, [call(F7, count, 'Count'), call(F7, guard, 'Guard'(r2))])),
+          definition(m, 'Only', F8, choice(F8, way, [call(F8, count, 'Count')])),
           % Look finds out whether it is clear; a leader is picked, then a follower.
           agent(m, 'Look'(R5, _), R5), duration(m, 'Look'(_, _), fixed(3)),
           definition(m, 'Team', F6, pick(F6, leader, L6, 'Robot', [ call(F6, lead, 'Watch'(L6)),
@@ -69,12 +73,23 @@ test('who was chosen further out is excluded where that is said', Found == [true
     memberchk(started-'o1/task/lead'-Robot, Events),
     _{retry: Retry, excluded: Excluded} :< Dict,
     Found = [Retry, Excluded, Robot].
+test('another branch is taken where one has failed', Found == [[1], 'Count', [started-'e1/task/guard/watch'-r2]]) :-
+    open(e1, 'Either'), plan(e1, 0, _), next(e1, 0, Began), Began = [_|_],
+    surroundings(around(e1, 'e1/task/count'), Around), get_dict(chosen, Around, Chosen),
+    retry(failed(e1, 5, 'e1/task/count', 0), Dict), get_dict(excluded, Dict, Excluded),
+    plan(e1, 5, _), next(e1, 5, Events), exclude([begun-_-_]>>true, Events, Started),
+    Found = [Chosen, Excluded, Started].
+test('a branch that is the only one was not chosen', Found == [[], false]) :-
+    open(e2, 'Only'), plan(e2, 0, _), next_actions(next(e2, 0), _),
+    surroundings(around(e2, 'e2/task/count'), Around), get_dict(chosen, Around, Chosen),
+    retry(failed(e2, 5, 'e2/task/count', 0), Dict), get_dict(retry, Dict, Retry),
+    Found = [Chosen, Retry].
 test('where so many choices were not made, none is made again', Retry == false) :-
     open(o2, 'Team'), plan(o2, 0, _), next_actions(next(o2, 0), _),
     retry(failed(o2, 5, 'o2/task/lead', 1), Dict), get_dict(retry, Dict, Retry).
-test('what is around an action', Found == [[['w1/task', [], 'Main'], ['w1/task/guard', [r1], 'Guard', r1]], 1]) :-
+test('what is around an action', Found == [[['w1/task', [], 'Main'], ['w1/task/guard', [r1], 'Guard', r1]], [r1]]) :-
     open(w1), plan(w1, 0, _), next_actions(next(w1, 0), _), surroundings(around(w1, 'w1/task/guard/watch'), Dict),
-    _{processes: Processes, picks: Picks} :< Dict, Found = [Processes, Picks].
+    _{processes: Processes, chosen: Chosen} :< Dict, Found = [Processes, Chosen].
 test('a process is begun again by the same robot, after another one',
      Found == [[], [started-'b1/task/guard/clear'-none], [begun-'b1/task/guard'-r1, started-'b1/task/guard/watch'-r1]]) :-
     open(b1), plan(b1, 0, _), next_actions(next(b1, 0), _), report(done(b1, 10, 'b1/task/guard/watch', []), _),

@@ -167,7 +167,7 @@ def _all(goals: list[Struct]) -> Struct:
 def checker(world: World, base: Snapshot) -> Callable[[Term, dict[str, Term]], bool]:
     """What planner/checking/knowledge.py answers."""
     ontology = replace(base.ontology, kinds=world.kinds, _values=world.values)
-    knowledge = Knowledge(replace(base, ontology=ontology, fluents={}), {})
+    knowledge = Knowledge(replace(base, ontology=ontology, fluents={}), {}, {})
     moment = Moment(
         now_ms=0,
         fluents=dict(world.fluents),
