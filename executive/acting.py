@@ -208,7 +208,12 @@ def take_answer(state: State, event: PersonAnswered, now_s: float) -> Step:
     asked, task = asking.asked, state.tasks[asking.task]
     answered = Record(
         event=trace.PersonHasAnswered(
-            t_s=now_s, task=task.name, number=event.number, helped=event.helped, reason=event.reason
+            t_s=now_s,
+            task=task.name,
+            number=event.number,
+            helped=event.helped,
+            reason=event.reason,
+            in_time=event.in_time,
         )
     )
     if event.helped:

@@ -149,11 +149,13 @@ class PersonAnswered:
     Attributes:
         number: That of the question.
         reason: In a sentence.
+        in_time: Whether it is an answer; else the time for one is over.
     """
 
     number: int
     helped: bool
     reason: str
+    in_time: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

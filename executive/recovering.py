@@ -84,7 +84,8 @@ def choose(
         for way in recoveries.against(failure)
         if asked.tried.get(way.name, 0) < way.attempts and _may_help(way, asked, whole, can_ask=can_ask)
     ]
-    decision, out = _NOTHING, 0
+    order = _in_order(around.chosen, asked.action)
+    decision, out = _NOTHING, next(iter(order), 0)
     foreseen = bool(ways or len(around.chosen) > 1) and session.may_go_on(asked.action)
     if foreseen:
         remaining_s = max(plan.made_at_s + plan.makespan_s - now_s, 0.0)
@@ -96,7 +97,7 @@ def choose(
                 takes_s = copies.takes_again(way, whole or asked.action, around.processes, takes_s)
             helped_s[way.name] = takes_s
         ways = [way for way in ways if helped_s[way.name] < UNDONE_S]
-        other_s, out = copies.takes_without(around.chosen)
+        other_s, out = copies.takes_without(order, _step_of(asked.action, plan))
         decision = decide(ways, asked.tried, helped_s=helped_s, other_s=other_s)
     recovery = decision.recovery
     chosen = RecoveryWasChosen(
@@ -132,6 +133,17 @@ def _restartable(asked: ChooseRecovery, processes: Sequence[Action], snapshot: S
     if whole and asked.overdue and not f"{asked.overdue.id}/".startswith(f"{whole.id}/"):
         return None
     return whole
+
+
+def _in_order(chosen: Sequence[str | int], action: Action) -> list[int]:
+    """Which of the choices around an action, counted from the innermost, is made anew first: that of its robot."""
+    return sorted(range(len(chosen)), key=lambda n: (chosen[n] not in action.robots, n))
+
+
+def _step_of(action: Action, plan: Plan) -> Action:
+    """The step of a plan that an action is part of."""
+    steps = (step.action for step in plan.steps)
+    return next((step for step in steps if f"{action.id}/".startswith(f"{step.id}/")), action)
 
 
 def _may_help(way: Recovery, asked: ChooseRecovery, whole: Action | None, *, can_ask: bool) -> bool:
@@ -172,23 +184,25 @@ class _Copies:
             return UNDONE_S
         return max(usual_s, plan.makespan_s) if plan.waits_for else plan.makespan_s
 
-    def takes_without(self, chosen: Sequence[str | int]) -> tuple[float | None, int]:
+    def takes_without(self, order: Sequence[int], failed: Action) -> tuple[float | None, int]:
         """Until the task is done, if what was chosen for the action is chosen anew, and which choice is.
 
-        That of a robot rather than of anything else, and the innermost one that leaves a way; None for the time if
-        there is none.
+        It is the first that leaves another way: one on which the robot does not begin with the step that has failed.
+        None for the time if there is none.
 
         Args:
-            chosen: What was chosen around the action, the innermost first.
+            order: In which choices come into question.
+            failed: The step.
         """
-        for out in sorted(range(len(chosen)), key=lambda n: (chosen[n] not in self.action.robots, n)):
+        for out in order:
             with closing(self._copy(f"without@{out}")) as twin:
                 if twin.failed(self.action, out=out, now_s=self.now_s).excluded is None:
                     continue
                 plan = self.forecast(twin)
-            if plan.solved:
+            first = next((step.action for step in plan.steps if set(step.action.robots) & set(failed.robots)), None)
+            if plan.solved and str(first) != str(failed):
                 return plan.makespan_s, out
-        return None, 0
+        return None, next(iter(order), 0)
 
     def _copy(self, name: str) -> Session:
         return self.session.fork(f"{name}@{self.snapshot.revision}", self.snapshot, forgotten=(), now_s=self.now_s)

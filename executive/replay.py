@@ -20,6 +20,8 @@ from executive.trace import (
     KnowledgeProposed,
     KnowledgeRefused,
     KnowledgeRolledBack,
+    PersonAsked,
+    PersonHasAnswered,
     TaskAccepted,
     TaskStatusChanged,
     TraceEvent,
@@ -69,6 +71,8 @@ def first_difference(events: Sequence[TraceEvent], knowledge: Path, beside: Path
     ) as fleet:
         tasks: dict[str, TaskHandle] = {}
         proposed: KnowledgeProposal | None = None
+        if any(isinstance(event, PersonAsked) for event in events):
+            fleet.listen(lambda _: None)
         for event in filter(_is_of_a_person, events):
             fleet.parts.clock.call_at(max(event.t_s, 0.0), _look_up)
         for number, event in enumerate(events):
@@ -90,6 +94,8 @@ def first_difference(events: Sequence[TraceEvent], knowledge: Path, beside: Path
                     tasks[event.task].cancel()
                 case FactsTold(prop=prop, subject=subject, value=str() | float() | bool() as value) if by_person:
                     fleet.tell(prop, subject, value)
+                case PersonHasAnswered() if by_person:
+                    fleet.answer(event.number, helped=event.helped, reason=event.reason)
                 case KnowledgeProposed() | KnowledgeAccepted() | KnowledgeRolledBack() | KnowledgeRefused():
                     proposed = _change_knowledge(fleet, event, number, proposed, beside)
                 case _:
@@ -152,6 +158,8 @@ def _is_of_a_person(event: TraceEvent) -> bool:
             return not event.task and event.source in ("", SourceKind.PERSON)  # of old traces, the source is not known
         case KnowledgeProposed() | KnowledgeAccepted() | KnowledgeRolledBack() | KnowledgeRefused():
             return True
+        case PersonHasAnswered():
+            return event.in_time
         case _:
             return False
 

@@ -458,6 +458,7 @@ class Shell:
 
     def _finish(self, finish: events.FinishTask) -> None:
         task = finish.task
+        self.persons.withdraw(task)
         outputs = dict[str, Any]()
         if task in self._sessions:
             outputs = outputs_of(self._requests[task].process, self._keys[task], self._snapshots[task], self._messages)

@@ -245,7 +245,7 @@ class PersonAsked:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PersonHasAnswered:
-    """A person has helped, or has not, or did not answer in time."""
+    """A person has helped, or has not, or has not answered in time."""
 
     kind: ClassVar[Literal["person_has_answered"]] = "person_has_answered"
     t_s: float
@@ -253,6 +253,7 @@ class PersonHasAnswered:
     number: int
     helped: bool
     reason: str
+    in_time: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

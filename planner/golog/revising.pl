@@ -102,13 +102,22 @@ released(picked(Pick-X, Again, P), Q, S0, S) :- !,
     ).
 released(P, P, S, S).
 
-must_not(Robot, Chosen, S) :-
-    revision(S, Revision),
-    sub_term(Next, Chosen), nonvar(Next), Next = call(_, _, Head), nonvar(Head),
+%   Robot is to do something in Chosen that it is not capable of; of a choice, in every branch.
+must_not(Robot, Chosen, S) :- nonvar(Chosen), barred(Chosen, Robot, S), !.
+
+barred(picked(_, _, P), Robot, S) :- !, must_not(Robot, P, S).
+barred(choice(_, _, Ps), Robot, S) :- !, forall(member(P, Ps), must_not(Robot, P, S)).
+barred(call(_, _, Head), Robot, S) :- !,
+    nonvar(Head),
     agents_of(Head, Agents, S),
     member(Agent, Agents), Agent == Robot,
     functor(Head, Name, _),
-    \+ capable(Revision, Name, Robot), !.
+    revision(S, Revision),
+    \+ capable(Revision, Name, Robot).
+barred(P, Robot, S) :-
+    compound(P),
+    arg(_, P, Part),
+    must_not(Robot, Part, S).
 
 %!  runs(+Program, ?Id) is nondet.
 %

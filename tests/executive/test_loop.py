@@ -10,6 +10,7 @@ from executive import trace
 from executive.events import (
     ActionsAreReady,
     AskActions,
+    AskPerson,
     CancelAction,
     CancelRequested,
     ChooseRecovery,
@@ -21,8 +22,11 @@ from executive.events import (
     GoalWasSent,
     KnowledgeWasRead,
     MakePlan,
+    PersonAnswered,
+    ProcessWasRedone,
     ProgramWasCompiled,
     ReadKnowledge,
+    RedoProcess,
     ReportChange,
     ReportOutcome,
     StartAction,
@@ -33,6 +37,7 @@ from executive.loop import step
 from executive.state import State
 from kb.errors import InternalError
 from kb.history import SourceKind
+from kb.recoveries import RecoveryKind
 from kb.vocabulary import Property
 from planner.plan import PlanStatus
 from planner.progress import Abandoned, Begun, Ended, Progress, Started, StepEvent, Told
@@ -330,6 +335,70 @@ def test_a_failed_action_is_tried_again() -> None:
     assert (done.tasks["one"].tried, done.leases) == ({}, {})
 
 
+def test_a_process_around_a_failed_action_is_begun_again() -> None:
+    """Its robots are free and a plan is awaited; what else ran in it is given up, and its time counts anew."""
+    tidy, inner = action("Tidy", "r1"), action("Sweep", "r1", step="task/1/Tidy")
+    other = action("Sing", "r2", step="task/1/Tidy")
+    begun = ready("one", Begun(action=tidy), Started(action=inner), Started(action=other), running=2)
+    chosen = replace(recovered(3, "open_door", RecoveryKind.PROCESS, process="Look"), whole=tidy)
+    state, commands = after(
+        requested("one"), planned("one", limits_s={tidy.id: 5.0}), begun, arrived(1, BROKEN), chosen
+    )
+    assert others(commands) == [RedoProcess(task="one", action=inner, whole=tidy, process="Look")]
+    [told] = recorded(commands)
+    assert isinstance(told, trace.RecoveryChosen)
+    assert (told.recovery, told.again) == ("open_door", "Tidy(r1)")
+    assert state.leases == {"r2": 2}
+    assert state.tasks["one"].tried == {tidy.id: {"open_door": 1}}
+    redone = ProcessWasRedone(task="one", whole=tidy, process="Look", abandoned=(other.id,))
+    again, commands = step(state, redone, 2.0)
+    assert (again.leases, again.tasks["one"].deadlines) == ({}, {})
+    reason = "Sweep(r1) EXECUTION_FAILED: DeviceBroken, it smokes; Tidy(r1) begins again after Look"
+    assert recorded(commands) == [trace.Replanned(t_s=2.0, task="one", reason=reason)]
+    assert others(commands) == [MakePlan(task="one")]
+    started, _ = step(again, planned("one"), 2.5)
+    once_more, _ = step(started, ready("one", Begun(action=tidy), Started(action=inner), running=1), 2.5)
+    _, commands = step(once_more, arrived(4, BROKEN), 3.0)
+    [choose] = others(commands)
+    assert isinstance(choose, ChooseRecovery)
+    assert choose.tried == {"open_door": 1}, "what was tried for the process counts for its actions"
+    ended, _ = step(once_more, ready("one", Ended(action=tidy), running=1), 3.0)
+    assert ended.tasks["one"].tried == {}
+
+
+def asked_for_help() -> State:
+    """A person is asked for help with the first action."""
+    begun = (requested("one"), planned("one"), ready("one", Started(action=SWEEP)), arrived(1, BROKEN))
+    state, commands = after(*begun, recovered(2, "ask_person", RecoveryKind.ASK_PERSON))
+    question = "one cannot go on: Sweep(r1) EXECUTION_FAILED, it smokes"
+    asked = trace.PersonAsked(t_s=1.0, task="one", number=2, question=question, until_s=25.0)
+    assert recorded(commands)[1:] == [asked]
+    assert others(commands) == [AskPerson(number=2, task="one", question=question, limit_s=24.0)]
+    assert state.leases == {"r1": 2}, "the robot waits for the person"
+    return state
+
+
+def test_a_person_who_has_helped_lets_the_action_be_done_again() -> None:
+    """It is planned anew, as the world is another one."""
+    state, commands = step(asked_for_help(), PersonAnswered(number=2, helped=True, reason="put out"), 9.0)
+    answered = trace.PersonHasAnswered(t_s=9.0, task="one", number=2, helped=True, reason="put out")
+    assert recorded(commands) == [answered]
+    assert others(commands) == [RedoProcess(task="one", action=SWEEP, whole=SWEEP, process="")]
+    assert state.leases == {}
+    assert step(state, PersonAnswered(number=2, helped=True, reason="again"), 9.0) == (state, [])
+
+
+def test_a_person_who_does_not_help_leaves_the_other_ways() -> None:
+    """What was asked for counts as tried, and as trouble; a second answer leads to nothing."""
+    late = PersonAnswered(number=2, helped=False, reason="nobody has answered for 24 s", in_time=False)
+    state, commands = step(asked_for_help(), late, 25.0)
+    [choose] = others(commands)
+    assert choose == ChooseRecovery(number=2, task="one", action=SWEEP, outcome=BROKEN, tried={"ask_person": 1})
+    assert state.tasks["one"].trouble.endswith("it smokes; then a person was asked: nobody has answered for 24 s")
+    assert state.leases == {"r1": 2}
+    assert step(state, PersonAnswered(number=2, helped=True, reason="late"), 26.0) == (state, [])
+
+
 def test_what_is_no_longer_wanted_is_not_tried_again() -> None:
     """It was given up, or its task has ended, while it was decided what to do."""
     failed, _ = after(requested("one"), planned("one"), ready("one", Started(action=SWEEP)), arrived(1, BROKEN))
@@ -338,6 +407,10 @@ def test_what_is_no_longer_wanted_is_not_tried_again() -> None:
     for state in (given_up, canceled):
         assert state.leases == {}
         assert step(state, recovered(2, "retry"), 3.0) == (state, [])
+    canceled, _ = step(asked_for_help(), CancelRequested(task="one"), 2.0)
+    assert step(canceled, PersonAnswered(number=2, helped=True, reason="done"), 3.0) == (canceled, [])
+    gone = ProcessWasRedone(task="one", whole=SWEEP, process="", abandoned=())
+    assert step(canceled, gone, 3.0) == (canceled, [])
 
 
 def test_an_overdue_action_is_not_tried_again() -> None:

@@ -22,6 +22,9 @@ mended :-
                                            call(F4, count, 'Count') ])),
           definition(m, 'Either', F7, choice(F7, way, [call(F7, count, 'Count'), call(F7, guard, 'Guard'(r2))])),
           definition(m, 'Only', F8, choice(F8, way, [call(F8, count, 'Count')])),
+          agent(m, 'Fly'(R9), R9), requires(m, 'Fly', wings), duration(m, 'Fly'(_), fixed(1)),
+          definition(m, 'Go'(R10), F10, choice(F10, way, [call(F10, fly, 'Fly'(R10)), call(F10, guard, 'Guard'(R10))])),
+          definition(m, 'Ways', F11, pick(F11, pick, R11, 'Robot', call(F11, go, 'Go'(R11)))),
           % Look finds out whether it is clear; a leader is picked, then a follower.
           agent(m, 'Look'(R5, _), R5), duration(m, 'Look'(_, _), fixed(3)),
           definition(m, 'Team', F6, pick(F6, leader, L6, 'Robot', [ call(F6, lead, 'Watch'(L6)),
@@ -79,6 +82,10 @@ test('another branch is taken where one has failed', Found == [[1], 'Count', [st
     retry(failed(e1, 5, 'e1/task/count', 0), Dict), get_dict(excluded, Dict, Excluded),
     plan(e1, 5, _), next(e1, 5, Events), exclude([begun-_-_]>>true, Events, Started),
     Found = [Chosen, Excluded, Started].
+test('a copy goes on though its robot is not capable of the branches that were not taken', Runs == ['c1/task/go/guard/watch']) :-
+    open(c1, 'Ways'), plan(c1, 0, _), next_actions(next(c1, 0), _),
+    fork_session(fork(c1, c1_copy, 5, m, []), _), kept(c1_copy, _, S), running(S, Running),
+    findall(Id, member(run(_, _, Id, _), Running), Runs).
 test('a branch that is the only one was not chosen', Found == [[], false]) :-
     open(e2, 'Only'), plan(e2, 0, _), next_actions(next(e2, 0), _),
     surroundings(around(e2, 'e2/task/count'), Around), get_dict(chosen, Around, Chosen),
