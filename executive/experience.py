@@ -63,7 +63,7 @@ class _Reading:
         self._planned: dict[str, list[tuple[str, float, float]]] = {}
         self._begun: dict[tuple[str, str], tuple[float, str, int | None]] = {}
         self._at: dict[str, str] = {}
-        self._recovering: dict[int, str] = {}
+        self._recovering: dict[tuple[str, str], tuple[str, str, float]] = {}
         self._learned = learned_values(ontology)
 
     def grouped(self) -> tuple[Tries, ...]:
@@ -92,22 +92,28 @@ class _Reading:
             case FactsTold(prop=Property.LOCATED_AT, value=value):
                 self._at[event.subject] = "" if value is None else str(value)
             case TaskFinished():
+                self._recovering = {key: tried for key, tried in self._recovering.items() if key[0] != event.task}
                 self._begun = {key: begun for key, begun in self._begun.items() if key[0] != event.task}
             case _:
                 pass
 
     def _finish(self, event: ActionFinished) -> None:
         succeeded = event.outcome == OutcomeStatus.SUCCEEDED
-        recovery = self._recovering.pop(event.number, None)
-        if recovery is not None:
-            self._count(recovery, event.robot, event.elapsed_s, succeeded=succeeded)
+        recovery, robot, _ = self._recovering.pop((event.task, event.action), ("", "", 0.0))
+        if recovery:
+            self._count(recovery, robot, event.elapsed_s, succeeded=succeeded)
         given_up = event.outcome == OutcomeStatus.TIMED_OUT and event.elapsed_s == 0  # before it began
         if event.outcome not in _NO_TRY and not given_up:
             self._count(event.action, event.robot, event.elapsed_s, succeeded=succeeded)
 
     def _recover(self, event: RecoveryChosen) -> None:
+        for (task, what), (recovery, robot, chosen_s) in list(self._recovering.items()):
+            if (task, robot) == (event.task, event.robot) and (not event.recovery or what == event.again):
+                del self._recovering[task, what]  # what was begun again has failed again
+                self._count(recovery, robot, event.t_s - chosen_s, succeeded=False)
         if event.recovery:
-            self._recovering[event.number] = event.recovery
+            self._recovering[event.task, event.again or event.action] = event.recovery, event.robot, event.t_s
+        if event.recovery and not event.again:
             return
         for (task, process), (begun_s, robot, _) in list(self._begun.items()):
             if task == event.task and robot == event.robot:
@@ -115,6 +121,9 @@ class _Reading:
                 self._count(process, robot, event.t_s - begun_s, succeeded=False)
 
     def _end(self, event: ProcessEnded) -> None:
+        recovery, robot, chosen_s = self._recovering.pop((event.task, event.process), ("", "", 0.0))
+        if recovery:
+            self._count(recovery, robot, event.t_s - chosen_s, succeeded=True)
         begun = self._begun.pop((event.task, event.process), None)
         if begun is None:
             return

@@ -105,7 +105,7 @@ def learn(tries: Sequence[Tries], trips: Sequence[Trip], stated: Ontology) -> li
         own = [t for t in tries if t.process == name]
         if sum(t.count for t in own) < FEWEST:
             continue
-        if stated.is_a(name, Kind.RETRY):
+        if stated.is_a(name, Kind.RECOVERY):
             helps = _odds(name, own, _stated(stated, Property.RECOVERY_ODDS, name, 1.0))
             lessons.append(replace(helps, prop=Property.RECOVERY_ODDS))
         if not _is_step(name, stated):

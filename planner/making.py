@@ -197,14 +197,20 @@ def _none(status: PlanStatus, reason: str, now_s: float) -> Plan:
     )
 
 
+def _within_task(place: str) -> str:
+    """A place without the key of its session, which differs from run to run."""
+    return place.partition("/")[2]
+
+
 def _reason(plan: Plan) -> str:
     work = f", {plan.nodes} configurations" if plan.nodes else f", effort {plan.effort:.2f}" if plan.effort else ""
     how = f"({plan.phase}{work})"
     until = ""
     if plan.waits_for:
+        places = ", ".join(map(_within_task, plan.waits_for))
         until = (
-            f"; it goes as far as to where {', '.join(plan.waits_for)} is found out: to look further, "
-            "give the composite process that goes on by it a hasDurationModel"
+            f"; it goes as far as to where {places} is found out: to look further, give the composite "
+            "process that goes on by it a hasDurationModel"
         )
     if plan.status is PlanStatus.SOLVED_OPTIMALLY:
         return (

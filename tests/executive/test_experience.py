@@ -155,6 +155,36 @@ def test_a_recovery_is_a_try_that_helps_or_not(snapshot: Snapshot) -> None:
     ]
 
 
+def test_a_recovery_that_begins_a_process_again_helps_if_the_process_ends(snapshot: Snapshot) -> None:
+    """It has not helped if the process is begun again once more, or left; both times the process itself has failed."""
+    again = replace(recovery(2.5, "start_over"), again=NAVIGATE)
+    events: list[TraceEvent] = [
+        begun(0.5),
+        again,
+        begun(3.0),
+        finished(4.0, "Base(amigo_1)", "TIMED_OUT"),
+        recovery(4.0, "retry"),
+        finished(4.5, "Base(amigo_1)"),
+        replace(again, t_s=5.0),
+        begun(5.5),
+        ended(9.0),
+        begun(10.0),
+        replace(again, t_s=12.0),
+        begun(12.5),
+        recovery(13.0),
+    ]
+    gathered = gather(events, snapshot.ontology, same_knowledge=False)
+    told = [(t.process, t.took_ms, t.succeeded) for t in gathered.tries if t.process in ("start_over", "Navigate")]
+    assert told == [
+        ("Navigate", 500, False),
+        ("Navigate", 2000, False),
+        ("Navigate", 3500, True),
+        ("start_over", 1000, False),
+        ("start_over", 2500, False),
+        ("start_over", 4000, True),
+    ]
+
+
 def test_what_was_not_tried_does_not_count(snapshot: Snapshot) -> None:
     """A call that was not made, a process given up before its next action, one that was underway at the end."""
     over = TaskFinished(t_s=3.0, task="one", status="canceled", reason="", took_s=3.0, outputs={})

@@ -7,16 +7,16 @@ from importlib.resources import files
 from pathlib import Path
 
 import pytest
-from rdflib import Graph, Literal, URIRef
 
 from executive import Fleet, TaskResult, TaskStatus
-from executive.trace import ActionFinished, PlanMade, Replanned
-from kb.files import SHIPPED
-from kb.vocabulary import CORE
+from executive.replay import first_difference
+from executive.trace import ActionFinished, FactsTold, PlanMade, RecoveryChosen, Replanned
 from planner.plan import PlanStatus
 from sim.floor_plan import draw_floor_plans
 from sim.world import load_world
 from tests.scenarios.conftest import Edit
+
+FAILURES = "http://example.org/concertmaster/failures.owl#"
 
 _TABLES_M = {"at_bed_1": (7.6, 1.2), "at_bed_2": (7.6, 4.4)}
 
@@ -158,27 +158,42 @@ def test_a_robot_shuts_a_door_at_which_it_stands() -> None:
 
 
 @pytest.mark.slow
-def test_what_is_believed_wrongly_fails_truly_and_a_fact_makes_it_right(
+def test_a_door_that_is_shut_unknown_to_all_and_is_the_only_way_is_found_out_and_opened(
     walled_up: tuple[Path, Path],
 ) -> None:
-    """The robot waits for what is in its way, as that may move: a time-out, in the end.
+    """The robot waits for what is in its way, as that may move; then it looks at the door, and is let through.
 
-    Another one that looks at the door tells what it is; then the first robot, which has the meal, is let through.
+    Who opens is planned: the porter, on the other side, as the robot itself has no door opener.
     """
     scenario, knowledge = walled_up
     with Fleet.open("ward", scenario=scenario, knowledge=knowledge) as fleet:
-        failed = deliver(fleet)
-        assert failed.status is TaskStatus.FAILED
-        [failure] = {e.failure for e in fleet.trace if isinstance(e, ActionFinished) and e.failure}
-        classes = Graph().parse(SHIPPED / "failures" / "failures.owl")
-        kind = classes.value(None, URIRef(CORE + "failureCode"), Literal(f"concertmaster {failure}"))
-        assert str(kind).endswith("#TimedOut")
-        seen = fleet.request("SeeFrom", robot="porter_1", area="ward", door="ward_door", location="door_east").wait()
-        assert (seen.status, seen.outputs["open"]) == (TaskStatus.COMPLETED, False)
-        assert fleet.parts.knowledge.snapshot().value("isOpen", "ward_door") is False
         result = deliver(fleet)
         assert result.status is TaskStatus.COMPLETED, result.reason
-        steps = planned(fleet)
-        assert ("OpenDoor", "porter_1") in steps
-        assert "Load" not in [process for process, _ in steps]
+        [failure] = [e.failure for e in fleet.trace if isinstance(e, ActionFinished) and e.failure]
+        assert failure == "TookTooLong"
+        [chosen] = [e for e in fleet.trace if isinstance(e, RecoveryChosen)]
+        assert (chosen.failure, chosen.recovery) == ("RobotStuck", "open_door")
+        assert chosen.again == 'GoTo(runner_1,"ward","at_bed_1")'
+        _, looking, rest = [[name for name, *_ in e.steps] for e in fleet.trace if isinstance(e, PlanMade)]
+        assert looking == ['Navigate(runner_1,"ward","door_west")', 'SeeDoor(runner_1,"ward_door")']
+        assert 'OpenDoor(porter_1,"ward_door")' in rest
+        assert not {name for name in (*looking, *rest) if name.startswith("Load")}, "it has the meal"
+        [seen] = [e for e in fleet.trace if isinstance(e, FactsTold) and (e.prop, e.value) == ("isOpen", False)]
+        assert seen.robot == "runner_1"
+        assert fleet.parts.simulation.door_is_open("ward_door")
         assert is_served(fleet)
+        trace = list(fleet.trace)
+    assert first_difference(trace, knowledge) == ""
+
+
+@pytest.mark.slow
+def test_where_nothing_is_known_to_help_the_task_fails_truly(walled_up: tuple[Path, Path], edit: Edit) -> None:
+    """If it says nothing but that it has taken too long: nobody else can have the meal."""
+    scenario, knowledge = walled_up
+    navigation = knowledge / "tasks" / "navigation.owl"
+    edit(navigation, f'<core:failureIfLate rdf:resource="{FAILURES}RobotStuck"/>', "")
+    with Fleet.open("ward", scenario=scenario, knowledge=knowledge) as fleet:
+        failed = deliver(fleet)
+        assert failed.status is TaskStatus.FAILED
+        assert "has not ended after" in failed.reason
+        assert {e.recovery for e in fleet.trace if isinstance(e, RecoveryChosen)} == {""}

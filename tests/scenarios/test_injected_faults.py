@@ -9,7 +9,7 @@ import pytest
 
 from executive import Fleet, TaskResult, TaskStatus
 from executive.replay import first_difference
-from executive.trace import ActionFinished, FleetOpened, RecoveryChosen, Replanned, TraceEvent
+from executive.trace import ActionFinished, FleetOpened, PlanMade, RecoveryChosen, Replanned, TraceEvent
 from kb.files import SHIPPED
 
 
@@ -64,6 +64,23 @@ def test_a_camera_that_fails_again_and_again_is_given_up(tmp_path: Path) -> None
     assert [" s with retry or " in e.reason for e in decided] == [True, True, False]
     [anew] = [e for e in trace if isinstance(e, Replanned) and "amigo_1 is not tried again" in e.reason]
     assert "(3 times)" in anew.reason
+
+
+@pytest.mark.slow
+def test_a_robot_whose_camera_is_broken_makes_room_for_the_other_one(tmp_path: Path) -> None:
+    """The other one does not get to where it has to look from, as the first one still stands there; it goes aside."""
+    faults = tmp_path / "camera.toml"
+    faults.write_text('[faults.camera]\nservice = "/amigo_1/kinect"\nkind = "fail"\n')
+    result, trace = run(faults=faults)
+    assert result.status is TaskStatus.COMPLETED, result.reason
+    [chosen] = [e for e in trace if isinstance(e, RecoveryChosen) and e.recovery == "make_room"]
+    assert (chosen.robot, chosen.failure) == ("pico_1", "RobotStuck")
+    assert chosen.again == 'Navigate(pico_1,"tue_lab","at_coffee_table")'
+    [*_, last] = [e for e in trace if isinstance(e, PlanMade)]
+    (aside, robot, _, until_s), (then, *_), *_ = last.steps
+    assert (aside, robot) == ('Navigate(amigo_1,"tue_lab","at_cabinet")', "amigo_1"), "the nearest free place"
+    assert then == 'Navigate(pico_1,"tue_lab","at_coffee_table")'
+    assert last.steps[1][2] >= until_s
 
 
 def test_late_and_repeated_replies_do_no_harm(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from executive import Fleet, TaskStatus
 from executive.cli import main
-from executive.trace import ActionFinished, ActionStarted
+from executive.trace import ActionFinished, ActionStarted, Replanned
 from grounding.errors import GroundingError
 from planner.plan import PlanStatus
 from tests.scenarios.conftest import Edit
@@ -109,6 +109,22 @@ def test_a_goal_that_fails_is_recovered_from(
         assert is_served(fleet)
         failed = [e for e in fleet.trace if isinstance(e, ActionFinished) and e.failure]
         assert [event.outcome for event in failed] == [outcome]
+
+
+@pytest.mark.slow
+def test_where_goals_fail_for_good_the_robot_drives_by_the_loop(knowledge: Path, tmp_path: Path) -> None:
+    """The other recipe of the same task type, by the same robot, as it has the meal."""
+    give_own_navigation(knowledge, "Runner")
+    faults = tmp_path / "faults.toml"
+    later = FAULTS.format(kind="fail", code="NO_VALID_PATH").replace("[1]", "[2, 3, 4, 5, 6, 7, 8]")
+    faults.write_text(later, encoding="utf-8")
+    with Fleet.open("ward", knowledge=knowledge, faults=faults) as fleet:
+        result = deliver(fleet)
+        assert result.status is TaskStatus.COMPLETED, result.reason
+        assert is_served(fleet)
+        drives = [e.robot for e in fleet.trace if isinstance(e, ActionFinished) and e.action.startswith("Base(")]
+        assert set(drives) == {"runner_1"}
+        assert any("DriveToPose is not tried again" in e.reason for e in fleet.trace if isinstance(e, Replanned))
 
 
 @pytest.mark.slow
