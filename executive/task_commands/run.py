@@ -13,7 +13,7 @@ from executive.exit_codes import FAILED, INTERRUPTED, OK, REFUSED, complain
 from executive.fleet import Fleet, TaskHandle
 from executive.pictures import draw_gantt, draw_top_view
 from executive.task_commands.asked import arguments_of, check_goal_options, check_store, open_fleet, store
-from executive.task_commands.helper import Helper
+from executive.task_commands.terminal import PersonAtTerminal
 from executive.trace import PlanFailed, ProcessBegun, ProcessEnded, TaskFinished, TraceEvent, narrate
 from executive.wiring import site_map
 
@@ -37,10 +37,10 @@ def run(options: argparse.Namespace) -> int:
             task = fleet.request_goal(options.goal)
         if options.watch:
             fleet.watch_knowledge()
-        helper = Helper(fleet, is_live=options.connect is not None) if options.ask else None
+        person = PersonAtTerminal(fleet, is_live=options.connect is not None) if options.ask else None
         teller = _Teller(fleet, verbose=options.verbose)
         try:
-            _wait(task, fleet, teller, helper)
+            _wait(task, fleet, teller, person)
         except KeyboardInterrupt:
             task.cancel()
         result = task.wait()
@@ -69,11 +69,11 @@ def run(options: argparse.Namespace) -> int:
             return FAILED
 
 
-def _wait(task: TaskHandle, fleet: Fleet, teller: _Teller, helper: Helper | None) -> None:
+def _wait(task: TaskHandle, fleet: Fleet, teller: _Teller, person: PersonAtTerminal | None) -> None:
     while task.wait_until(fleet.now_s + _PROGRESS_EVERY_S) is None:
         teller.tell()
-        if helper:
-            helper.take_answers()
+        if person:
+            person.take_answers()
 
 
 class _Teller:

@@ -17,6 +17,7 @@ from kb.vocabulary import CORE, CORE_IRI
 MARK = "<!-- Written by `pytest tests/docs --update-golden`; do not edit by hand. -->\n"
 
 FIELDS = {
+    "again": "the process that is begun again; empty for the action alone, and where the rest is planned without it",
     "action": 'the action, `Process(robot,"argument",...)`; data are left out',
     "arguments": "individuals by the names of the inputs",
     "changes": "what would be different: entities, programs, facts, plans of tasks; a sentence each",
@@ -29,18 +30,21 @@ FIELDS = {
     "faults": "file of faults that were injected; empty if none were",
     "folder": "where the files are; empty where an earlier revision is meant",
     "goal": "what shall be true, where no task type was asked for",
+    "helped": "whether somebody has done something about it",
+    "in_time": "false where nobody has answered before the time was over",
     "knowledge": "hash of the contents of all ontology files",
     "lower_bound_s": "no execution takes less",
     "makespan_s": "from the making of the plan to the end of its last step",
-    "number": "of the action in this trace; never used twice",
+    "number": "of the action in this trace; never used twice. A question has that of the next try",
     "outcome": "`SUCCEEDED`, `EXECUTION_FAILED`, `POSTCONDITION_FAILED`, `REFUSED`, `TIMED_OUT` or `LOST`",
     "outputs": "values by output parameter",
     "planned_s": "how long the knowledge base says that it takes",
     "process": "the process, with its arguments once it has begun",
     "program": "Prolog text, one procedure a line (see [golog.md](golog.md))",
     "prop": "the property",
+    "question": "what has failed, and why, in a sentence",
     "reason": "why, in a sentence",
-    "recovery": "the way to try again, such as `retry`; empty if the rest is planned without what has failed",
+    "recovery": "what is tried, such as `retry` or `open_door`; empty if the rest is planned without what has failed",
     "revision": "number of a revision of the knowledge, from 1; of a task the one that it goes on under",
     "robot": "who does it; empty if no robot does. In `plan_made`, inside `steps`",
     "robots": "the names of the robots (`fleet_opened`), or how many may take part at most (`task_accepted`)",
@@ -56,6 +60,7 @@ FIELDS = {
     "t_s": "when; seconds since the fleet was opened",
     "task": "name of the task, such as `FindEmptyDrink-1`",
     "took_s": "from acceptance to the end",
+    "until_s": "when nobody waits for an answer any more",
     "value": "its value from now on; null for messages that the trace does not show",
 }
 """What each field means; the same name means the same in every event."""

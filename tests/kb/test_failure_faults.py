@@ -63,6 +63,13 @@ FAILURES = [
         words="expectedFailure names retry, which is not a class below Failure",
     ),
     fault(
+        "KB148",
+        NAVIGATION,
+        "Localize",
+        given(NAVIGATION, "Localize", link("failureIfLate", FILE, "start_over")),
+        words="failureIfLate names start_over, which is not a class below Failure",
+    ),
+    fault(
         "KB016",
         NAVIGATION,
         "Laser",

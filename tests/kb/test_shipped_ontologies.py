@@ -366,7 +366,7 @@ def test_what_is_not_in_owl_2_dl_would_be_found(folder: Path) -> None:
 def test_failures_do_not_reach_plans(shipped: KnowledgeBase) -> None:
     """They load, and can be read by name; no fact of the planner is about them."""
     ontology = shipped.snapshot().ontology
-    assert ontology.values("recoveredBy", "NavigationBlocked") == ("another_path", "retry_after_pause")
+    assert ontology.values("recoveredBy", "NavigationBlocked") == ("another_path", "open_door", "retry_after_pause")
     assert ontology.values("expectedFailure", "Detection") == ("NotDetected",)
     assert ontology.value("usesProcess", "relocalize") == "Localize"
     assert ontology.superclasses["DoorClosed"] >= {"NavigationBlocked", "NavigationFailure", "Failure"}

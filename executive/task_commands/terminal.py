@@ -13,7 +13,7 @@ from executive.persons import Question
 _ASK = "  can you help? y once you have, n if you cannot: "
 
 
-class Helper:
+class PersonAtTerminal:
     """Puts questions to whoever sits at the terminal, one after the other."""
 
     def __init__(self, fleet: Fleet, *, is_live: bool) -> None:
