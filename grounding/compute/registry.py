@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from grounding.compute.detection import detection
+from grounding.compute.global_localization import pose_anywhere
 from grounding.compute.localization import pose
 from grounding.compute.maps import image_of, loc_map, nav_map
 from grounding.compute.path import path
@@ -38,6 +39,7 @@ _OURS: dict[str, ComputeFunction] = {
     "/compute/nav_map": nav_map,
     "/compute/path": path,
     "/compute/pose": pose,
+    "/compute/pose_anywhere": pose_anywhere,
     "/compute/travel": travel,
     "/compute/vel_cmd": vel_cmd,
 }
