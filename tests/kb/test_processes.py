@@ -43,7 +43,7 @@ def test_atomic_and_composite(shipped: KnowledgeBase) -> None:
     snapshot = shipped.snapshot()
     atomic = {name for name, process in snapshot.processes.items() if process.is_atomic}
     assert atomic == set(snapshot.groundings)
-    composite = {"FindEmptyDrink", "FindEachDrink", "SearchDrink", "Navigate", "Localize", "MakeRoom"}
+    composite = {"FindEmptyDrink", "FindEachDrink", "SearchDrink", "Navigate", "Localize", "MakeRoom", "Relocalize"}
     assert set(snapshot.processes) - atomic == composite
 
 

@@ -368,7 +368,7 @@ def test_failures_do_not_reach_plans(shipped: KnowledgeBase) -> None:
     ontology = shipped.snapshot().ontology
     assert ontology.values("recoveredBy", "NavigationBlocked") == ("another_path", "open_door", "retry_after_pause")
     assert ontology.values("expectedFailure", "Detection") == ("NotDetected",)
-    assert ontology.value("usesProcess", "relocalize") == "Localize"
+    assert ontology.value("usesProcess", "relocalize") == "Relocalize"
     assert ontology.superclasses["DoorClosed"] >= {"NavigationBlocked", "NavigationFailure", "Failure"}
     names = {local_name(str(n)) for n in [*failures(), *ALL.objects(None, term("recoveredBy"))]}
     facts = " ".join(map(str, shipped.snapshot().compiler.facts(1)))

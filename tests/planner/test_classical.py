@@ -155,7 +155,7 @@ def test_offered(lab: Snapshot) -> None:
     """Processes that set something and whose duration is known are offered, the others with a reason not."""
     offer = offered(lab)
     operators = {o.process: o for o in offer.operators}
-    assert sorted(operators) == ["Localize", "Navigate", "SearchDrink"]
+    assert sorted(operators) == ["Localize", "Navigate", "Relocalize", "SearchDrink"]
     assert operators["SearchDrink"].fixed_ms == _FIND_MS
     assert [e.prop for e in operators["SearchDrink"].effects] == ["locatedAt", "hasPoseEstimate", "hasDetectedPosition"]
     assert "foreach" in offer.refused["FindEachDrink"]
@@ -319,7 +319,7 @@ def test_pddl_and_back(reach: Callable[[str], GoalPlan], lab: Snapshot, travel: 
     domain, problem = export_goal(goal, lab, travel, tmp_path / "found.pddl")
     assert (domain.name, problem.name) == ("found_domain.pddl", "found.pddl")
     read = PDDLReader().parse_problem(str(domain), str(problem))
-    assert {a.name for a in read.actions} == {"localize", "navigate", "searchdrink"}
+    assert {a.name for a in read.actions} == {"localize", "navigate", "relocalize", "searchdrink"}
     text = """; made by hand
     0.0: (searchdrink amigo_1 drink_1 at_coffee_table profile_0 here_amigo_1 start_west) [9606]
     9606.1: (navigate amigo_1 at_bar profile_0 at_coffee_table at_coffee_table) [13357]"""

@@ -53,9 +53,8 @@ def test_a_robot_is_never_found_where_it_is_not(x_m: float, y_m: float, yaw_rad:
 def test_a_robot_is_found_nearly_everywhere() -> None:
     """At 18 of 20 random places and more; the two rooms look alike, so that not all can be told apart."""
     rng = np.random.default_rng(5)
-    truths = [
-        (float(rng.uniform(0.9, 2.5)), float(rng.uniform(0.5, 2.6)), float(rng.uniform(-3, 3))) for _ in range(20)
-    ]
+    drawn = rng.uniform((0.9, 0.5, -3.0), (2.5, 2.6, 3.0), (20, 3)).tolist()
+    truths = [(x_m, y_m, yaw_rad) for x_m, y_m, yaw_rad in drawn]
     found = [found_from(scan_from(ROOMS, truth, noise=rng)) for truth in truths]
     assert sum(one is not None and is_near(one, truth) for one, truth in zip(found, truths, strict=True)) >= 18
 
