@@ -140,7 +140,7 @@ def check_groundings(snapshot: Snapshot, offers: Callable[[str], bool], robots: 
             if not is_type(field.message_type):
                 raise GroundingError(grounding.process, field.name, f"there is no ROS type {field.message_type}")
         if grounding.on_robot:
-            what = "action" if grounding.action_type else "service"
+            what = "topic" if grounding.is_topic else "action" if grounding.action_type else "service"
             for robot in robots:
                 name = grounding.service.replace("{robot}", robot)
                 if must_offer(snapshot.ontology, robot, grounding) and not offers(name):

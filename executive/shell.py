@@ -25,6 +25,7 @@ from executive.results import TaskResult, outputs_of
 from executive.revising import Unfinished
 from executive.shown import lacking, shown, shown_output
 from executive.state import State
+from executive.topic_readings import TopicReadings
 from executive.travel import travel_times
 from grounding.actions import Carrier
 from grounding.errors import GroundingError
@@ -66,6 +67,7 @@ class Shell:
         self._knowledge = knowledge
         self._transport = transport
         self._goal_calls = GoalCalls(transport, clock, self.post)
+        self._readings = TopicReadings(transport, clock)
         self._last_change: tuple[Revision, Revision, CarryOver] | None = None
         self._keys: dict[str, str] = {}
         self._held: dict[str, Snapshot] = {}
@@ -370,6 +372,9 @@ class Shell:
         )
         if grounding.action_type:
             self._goal_calls.send(call, grounding, Recoveries(snapshot.ontology), came)
+            return
+        if grounding.is_topic:
+            self._readings.read(call, grounding, came)
             return
         self._transport.call(call, deliver)
         forget_timeout = self.clock.call_at(called_s + call.timeout_s, lambda: came(timed_out(call), {}))
