@@ -85,7 +85,7 @@ def open_connected(given: Given, connect: str | Path) -> Parts:
         world.adapt(snapshot)
         on_error.pop_all()
     routed = _Routed(robots, own, ComputeTransport(clock, placed))
-    shell = begin(given, base, routed, clock, REAL, poses, faults=injected, seed=seed, connect=str(connect))
+    shell = begin(given, base, routed, clock, REAL, poses, placed, faults=injected, seed=seed, connect=str(connect))
     live = LiveKnowledge(base, shell, world)
     return Parts(knowledge=base, transport=own, shell=shell, clock=clock, robots=robots, live=live, compute=placed)
 

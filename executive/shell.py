@@ -32,6 +32,7 @@ from grounding.errors import GroundingError
 from grounding.ground import ground
 from grounding.messages import PoseStamped
 from grounding.outcome import Outcome, OutcomeStatus, interpret, refused, timed_out
+from grounding.runner import Here, Runner
 from grounding.transport import ServiceReply
 from kb.clock import Clock
 from kb.difference import concerned
@@ -63,6 +64,7 @@ class Shell:
         self._pace = pace
         self.recorder = recorder
         self.metrics = Metrics()
+        self.compute: Runner = Here()
         self.results: dict[str, TaskResult] = {}
         self._knowledge = knowledge
         self._transport = transport
@@ -174,8 +176,9 @@ class Shell:
             yield self._made_plan(session, snapshot)[0], explainer
 
     def _solved(self, request: TaskRequest, snapshot: Snapshot) -> GoalPlan:
-        assert request.goal is not None
-        return solve_goal(request.goal, snapshot, self._messages, self._pose_estimate, t_s=self.clock.now_s)
+        goal, t_s = request.goal, self.clock.now_s
+        assert goal is not None
+        return solve_goal(goal, snapshot, self._messages, self._pose_estimate, self.compute, t_s=t_s)
 
     def remember(self, fluent: Fluent, message: object) -> None:
         """Keep a message as the value of a fluent, as told before anything has moved."""
@@ -319,7 +322,7 @@ class Shell:
         now_s = self.clock.now_s
 
         def times(robots: Sequence[str], places: Sequence[str]) -> Travel:
-            return travel_times(robots, places, snapshot, self._pose_estimate, t_s=now_s)
+            return travel_times(robots, places, snapshot, self._pose_estimate, self.compute, t_s=now_s)
 
         return times
 
@@ -372,12 +375,11 @@ class Shell:
         )
         if grounding.action_type:
             self._goal_calls.send(call, grounding, Recoveries(snapshot.ontology), came)
-            return
-        if grounding.is_topic:
+        elif grounding.is_topic:
             self._readings.read(call, grounding, came)
-            return
-        self._transport.call(call, deliver)
-        forget_timeout = self.clock.call_at(called_s + call.timeout_s, lambda: came(timed_out(call), {}))
+        else:
+            self._transport.call(call, deliver)
+            forget_timeout = self.clock.call_at(called_s + call.timeout_s, lambda: came(timed_out(call), {}))
 
     def _keep(self, action: Action, outcome: Outcome) -> None:
         for name, value in outcome.outputs.items():

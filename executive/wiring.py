@@ -85,6 +85,7 @@ def open_simulated(given: Given, scenario: str | Path | None) -> Parts:
         clock,
         SIMULATED,
         poses,
+        placed,
         faults=injected,
         seed=chosen_seed,
         scenario=str(world.named),
