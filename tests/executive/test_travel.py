@@ -67,6 +67,6 @@ def test_who_stands_elsewhere_is_estimated_anew(snapshot: Snapshot, placed: Plac
 def test_files_of_others_are_not_read(snapshot: Snapshot, tmp_path: Path) -> None:
     """A site's own are allowed by its knowledge, as those of other services are."""
     made = Placed(ComputeSettings(), tmp_path)
-    with pytest.raises(ServiceFailed, match="map_file .* is not in .* where files of this site are"):
+    with pytest.raises(ServiceFailed, match=r"map_file .* is not in .* where files of this site are"):
         asked(made, snapshot, 1.0)
     made.close()
