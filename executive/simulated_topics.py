@@ -18,8 +18,7 @@ from dataclasses import dataclass
 
 from grounding.inprocess import Handler
 from grounding.messages import Odometry
-from grounding.rosbridge.hub import Hub
-from grounding.topics import Board
+from grounding.topics import Board, HearingBoard
 from kb.clock import SimClock
 from kb.errors import ServiceFailed
 
@@ -43,11 +42,13 @@ class _Source:
 
 
 def offer_topics(
-    hub: Hub, clock: SimClock, robots: Iterable[str], handlers: Mapping[str, Handler], odometry: _Measured
+    board: HearingBoard, clock: SimClock, robots: Iterable[str], handlers: Mapping[str, Handler], odometry: _Measured
 ) -> list[str]:
-    """Offer the topics of robots on a server, whose clock is that of the simulator.
+    """Offer the topics of robots to others.
 
     Args:
+        board: Of a server, or of ROS 1.
+        clock: Of the simulator.
         handlers: The services of the robots by full name.
         odometry: What the wheels of a robot tell now.
 
@@ -55,8 +56,8 @@ def offer_topics(
         The names of the topics.
     """
     there = tuple(robots)
-    driven = [_listen(hub, robot, handlers[f"/{robot}/base"]) for robot in there]
-    return [*offer_sensors(hub.topics, clock, there, handlers, odometry), *driven]
+    driven = [_listen(board, robot, handlers[f"/{robot}/base"]) for robot in there]
+    return [*offer_sensors(board, clock, there, handlers, odometry), *driven]
 
 
 def offer_sensors(
@@ -113,12 +114,12 @@ class _Repeat:
             self.begin()
 
 
-def _listen(hub: Hub, robot: str, base: Handler) -> str:
+def _listen(board: HearingBoard, robot: str, base: Handler) -> str:
     name = f"/{robot}/cmd_vel"
 
     def drive(velocity: object) -> None:
         with suppress(ServiceFailed):  # a velocity that is no number: the base keeps to the last one, and stops
             base({"velocity": velocity})
 
-    hub.topics.listen(name, "geometry_msgs/Twist", drive)
+    board.listen(name, "geometry_msgs/Twist", drive)
     return name

@@ -48,3 +48,10 @@ class Board(Protocol):
 
     def say(self, name: str, message: object) -> None:
         """Say a message on a topic that was offered."""
+
+
+class HearingBoard(Board, Protocol):
+    """The same where others may say something to the robots, too."""
+
+    def listen(self, name: str, message_type: str, listener: Callable[[object], None]) -> object:
+        """Call `listener` with every message that others say on a topic."""

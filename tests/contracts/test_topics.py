@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
@@ -198,6 +199,7 @@ def ros_1(master: RosMaster) -> Iterator[Setup]:
         )
         robot.unadvertise(TOPIC)
         node.close()
+    gc.collect()  # rospy leaves sockets to it
 
 
 def _ignored(value: bool) -> None:
