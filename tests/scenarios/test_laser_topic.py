@@ -49,6 +49,33 @@ def test_the_task_is_the_same(knowledge: Path) -> None:
     assert first_difference(recorded, knowledge) == ""
 
 
+def test_knowledge_may_change_from_service_to_topic_and_back(knowledge: Path) -> None:
+    """Between two tasks: the next one reads as is said by then. A sensor that nobody has asked for does not measure."""
+    file = knowledge / "tasks" / "groundings.owl"
+    shipped = file.read_bytes()
+    with Fleet.open("tue_lab", knowledge=knowledge) as fleet:
+        topics = fleet.parts.transport.topics
+
+        def localized() -> str:
+            before = len(fleet.trace)
+            result = fleet.request("Localize", robot="pico_1", area="tue_lab").wait()
+            assert result.status is TaskStatus.COMPLETED, result.reason
+            started = [event for event in fleet.trace[before:] if isinstance(event, ActionStarted)]
+            [service] = {event.service for event in started if event.action.startswith("Laser(")}
+            return service
+
+        assert localized() == "/pico_1/laser"
+        assert not topics.is_heard("/pico_1/scan")
+        ground_laser_in_topic(knowledge)
+        fleet.accept_knowledge(fleet.propose_knowledge())
+        assert localized() == "/pico_1/scan"
+        assert topics.is_heard("/pico_1/scan")
+        assert not topics.is_heard("/amigo_1/scan")
+        file.write_bytes(shipped)
+        fleet.accept_knowledge(fleet.propose_knowledge())
+        assert localized() == "/pico_1/laser"
+
+
 def test_a_sensor_that_falls_silent_is_waited_for(knowledge: Path, tmp_path: Path) -> None:
     """Its readings fail with the topic and its age; what the ontology says against silent sensors helps."""
     ground_laser_in_topic(knowledge)
