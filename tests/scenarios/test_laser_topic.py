@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,8 @@ from executive import Fleet, TaskStatus
 from executive.replay import first_difference
 from executive.trace import ActionFinished, ActionStarted, PlanMade, RecoveryChosen, TraceEvent
 from grounding.errors import GroundingError
+from grounding.inprocess import InProcessTopics
+from grounding.messages import LaserScan, stamp_of
 from tests.scenarios.conftest import ROBOTS, run_scored
 from tests.scenarios.laser_topic import ground_laser_in_topic
 from tests.scenarios.test_find_empty_drink import DETECTED_WITHIN_M, distance_to_truth
@@ -92,6 +95,39 @@ def test_a_sensor_that_falls_silent_is_waited_for(knowledge: Path, tmp_path: Pat
         assert all("no message of /amigo_1/scan came within 1 s; the newest is 1." in e.reason for e in failed)
         [chosen] = {event.failure for event in fleet.trace if isinstance(event, RecoveryChosen)}
         assert chosen == "SensorSilent"
+
+
+def _without_directions(scan: LaserScan) -> object:
+    return replace(scan, angle_min=math.nan)
+
+
+def _of_another_type(scan: LaserScan) -> object:
+    return scan.header
+
+
+def _from_a_clock_that_is_off(scan: LaserScan) -> object:
+    return replace(scan, header=replace(scan.header, stamp=stamp_of(3600.0)))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "reason"),
+    [
+        (_without_directions, "angle_min"),
+        (_of_another_type, "the reply of /pico_1/scan: is std_msgs/Header, not sensor_msgs/LaserScan"),
+        (_from_a_clock_that_is_off, ""),
+    ],
+)
+def test_a_robot_that_says_what_it_should_not(
+    knowledge: Path, monkeypatch: pytest.MonkeyPatch, spoil: Callable[[LaserScan], object], reason: str
+) -> None:
+    """The task ends with one clear reason, as where a service does; the time of a robot's own clock does no harm."""
+    say = InProcessTopics.say
+    monkeypatch.setattr(InProcessTopics, "say", lambda self, name, scan: say(self, name, spoil(scan)))
+    ground_laser_in_topic(knowledge)
+    with Fleet.open("tue_lab", knowledge=knowledge) as fleet:
+        result = fleet.request("Localize", robot="pico_1", area="tue_lab").wait()
+        assert result.status is (TaskStatus.FAILED if reason else TaskStatus.COMPLETED), result.reason
+        assert reason in result.reason
 
 
 def test_a_topic_that_no_robot_speaks_on_is_told_at_once(knowledge: Path) -> None:
