@@ -116,7 +116,7 @@ def make_parser() -> argparse.ArgumentParser:
     simulate.add_argument("--host", default="127.0.0.1", help="address to listen at (default: %(default)s)")
     simulate.add_argument("--port", type=int, default=9090, help="0 takes any that is free (default: %(default)s)")
     simulate.add_argument("--access", type=Path, metavar="FILE", help="who may connect and do what, and TLS (TOML)")
-    simulate.add_argument("--ros1", metavar="URI", help="offer the services in ROS 1 too: address of the master")
+    simulate.add_argument("--ros1", metavar="URI", help="offer services and topics in ROS 1 too: address of the master")
     simulate.add_argument("--srv", type=Path, metavar="FOLDER", help="write their types there, as a ROS 1 package")
     simulate.set_defaults(command="executive.task_commands.simulate:simulate")
 

@@ -30,8 +30,9 @@ from grounding.rosbridge.client import RosbridgeTransport, action_types, service
 from grounding.rosbridge.endpoints import ROS_2, Reached, reached
 from grounding.rosbridge.types import Types
 from grounding.runner import ComputeTransport
+from grounding.topics import Heard
 from grounding.transport import ServiceCall, ServiceReply, Transport
-from kb.clock import WallClock
+from kb.clock import Callback, WallClock
 from kb.errors import ConcertmasterError
 from kb.files import SHIPPED
 from kb.store import KnowledgeBase, Snapshot
@@ -84,7 +85,7 @@ def open_connected(given: Given, connect: str | Path) -> Parts:
         world.adapt(snapshot)
         on_error.pop_all()
     routed = _Routed(robots, own, ComputeTransport(clock, placed))
-    shell = begin(given, base, routed, clock, REAL, poses, faults=injected, seed=seed, connect=str(connect))
+    shell = begin(given, base, routed, clock, REAL, poses, placed, faults=injected, seed=seed, connect=str(connect))
     live = LiveKnowledge(base, shell, world)
     return Parts(knowledge=base, transport=own, shell=shell, clock=clock, robots=robots, live=live, compute=placed)
 
@@ -108,7 +109,7 @@ class ConnectedRobots:
         self._where = dict(where)
         self._fields = _fields_of_services(snapshot, self.names)
         self._by_service: dict[str, _Connection] = {}
-        self._actions: set[str] = set()
+        self._unlisted: set[str] = set()
         self._connections: dict[_Place, _Connection] = {}
         self._offered: dict[_Connection, frozenset[str] | None] = {}
         types, groundings = Types(), [g for g in snapshot.groundings.values() if g.on_robot]
@@ -131,8 +132,9 @@ class ConnectedRobots:
                     rng=rng,
                 )
             self._connections[one] = made
-            self._by_service |= dict.fromkeys([*services, *actions], made)
-            self._actions |= actions.keys()
+            topics = [g.service.replace("{robot}", robot) for g in groundings if g.is_topic for robot in self._at(one)]
+            self._by_service |= dict.fromkeys([*services, *actions, *topics], made)
+            self._unlisted.update(actions, topics)
 
     @property
     def names(self) -> list[str]:
@@ -155,16 +157,19 @@ class ConnectedRobots:
             self._offered[transport] = self._ask(transport)
 
     def of(self, service: str) -> Carrier | None:
-        """What carries the calls to a service of a robot, or the goals to an action."""
+        """What carries the calls to a service of a robot, the goals to an action, or what is said on a topic."""
         return self._by_service.get(service)
 
     def offers(self, service: str) -> bool:
-        """Whether a robot offered a service when it was connected; true if its server could not tell, as of actions."""
+        """Whether a robot offered a service when it was connected; true if its server could not tell.
+
+        Of actions and topics, none can.
+        """
         transport = self._by_service.get(service)
         if transport is None:
             return False
         offered = self._offered[transport]
-        return offered is None or service in offered or service in self._actions
+        return offered is None or service in offered or service in self._unlisted
 
     def check(self, snapshot: Snapshot) -> None:
         """Whether knowledge is of these robots, and of services with the fields that they have had.
@@ -246,6 +251,9 @@ class _Routed:
     def cancel_goal(self, goal_id: int) -> None:
         if goal_id in self._carriers:
             self._carriers[goal_id].cancel_goal(goal_id)
+
+    def hear_topic(self, topic: str, message_type: str, heard: Heard) -> Callback:
+        return (self._robots.of(topic) or self._own).hear_topic(topic, message_type, heard)
 
 
 class _ConnectedWorld:

@@ -391,7 +391,7 @@ class Fleet:
 
     @property
     def metrics(self) -> Metrics:
-        """What the work has cost so far: calls, bytes and time by service and robot, processor time."""
+        """What the work has cost so far: calls, bytes and time by service and robot, hits of caches, processor time."""
         return self._parts.shell.metrics
 
     @property

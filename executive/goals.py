@@ -10,6 +10,7 @@ from executive.errors import BadRequest
 from executive.request import TaskRequest
 from executive.travel import travel_times
 from grounding.messages import PoseStamped
+from grounding.runner import Runner
 from kb.files import SHIPPED
 from kb.ontology import fluent_properties
 from kb.store import Snapshot
@@ -45,6 +46,7 @@ def solve_goal(
     snapshot: Snapshot,
     messages: Mapping[str, object],
     pose_of_robot: Callable[[str], PoseStamped],
+    runner: Runner,
     *,
     t_s: float,
 ) -> GoalPlan:
@@ -53,6 +55,7 @@ def solve_goal(
     Args:
         messages: By place, among them those of fluents whose values are messages.
         pose_of_robot: Where a robot believes it is.
+        runner: Of the service that tells travel times.
         t_s: Time now.
 
     Raises:
@@ -62,7 +65,7 @@ def solve_goal(
 
     ontology = snapshot.ontology
     robots, places = ontology.individuals(Kind.ROBOT), ontology.individuals(Kind.LOCATION)
-    travel = travel_times(robots, places, snapshot, pose_of_robot, t_s=t_s)
+    travel = travel_times(robots, places, snapshot, pose_of_robot, runner, t_s=t_s)
     known = {
         (prop, subject): KNOWN
         for prop in fluent_properties(ontology)

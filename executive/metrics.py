@@ -1,14 +1,17 @@
 """What a fleet's work costs: calls, bytes and time of each service for each robot ([RoboEarth] Table 3), and processor.
 
+Beside that, how often a compute service was asked for what was known already.
+
 They are no part of the trace: how long a computation really takes differs from run to run.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from grounding.caching import CacheCount
 from grounding.outcome import Outcome
 from grounding.sizes import payload_bytes
 from grounding.transport import ServiceCall
@@ -38,8 +41,13 @@ class Use:
 
 @dataclass(slots=True)
 class Metrics:
-    """Counts while a fleet works; read it at any time."""
+    """Counts while a fleet works; read it at any time.
 
+    Attributes:
+        known: Tells how often what was asked for was known, by service, of those whose replies are kept.
+    """
+
+    known: Callable[[], Mapping[str, CacheCount]] = dict
     stopwatch: Stopwatch = field(default_factory=Stopwatch)
     _uses: dict[tuple[str, str], Use] = field(default_factory=dict)
     _known: dict[tuple[str, str], tuple[object, int]] = field(default_factory=dict)
@@ -70,6 +78,10 @@ class Metrics:
             "cpu_s": self.stopwatch.cpu_s,
             "cpu_share": self.stopwatch.cpu_s / max(self.stopwatch.wall_s, 1e-9),
             "services": [asdict(use) for use in self.uses()],
+            "caches": [
+                {"service": service, **asdict(count), "hit_rate": count.hit_rate}
+                for service, count in self.known().items()
+            ],
         }
 
     def _bytes(self, of: str, fields: Mapping[str, object]) -> int:

@@ -66,6 +66,7 @@ def begin(
     clock: Clock,
     pace: Pace,
     poses: Mapping[str, PoseStamped],
+    placed: Placed,
     *,
     faults: Sequence[Fault],
     seed: int,
@@ -76,6 +77,7 @@ def begin(
 
     Args:
         poses: Where each robot is told to stand.
+        placed: Where compute services run, also those that planning asks.
         faults: What goes wrong with calls.
         seed: Of all chance.
         scenario: Of simulated robots.
@@ -84,6 +86,7 @@ def begin(
     recorder = Recorder(given.trace)
     chance = np.random.default_rng([seed, _OF_FAULTS])
     shell = Shell(base, FaultyTransport(transport, clock, faults, chance), clock, recorder, pace)
+    shell.compute, shell.metrics.known = placed, placed.cache_counts
     for name, pose in poses.items():
         shell.remember(Fluent(Property.HAS_POSE_ESTIMATE, name), pose)
     recorder.record(
@@ -108,10 +111,12 @@ _OF_FAULTS = 1
 
 def prepare(snapshot: Snapshot, placed: Placed) -> None:
     """Let compute services read what is beside the files of knowledge, and keep what it says is always the same."""
-    groundings = snapshot.groundings.values()
-    for file in {field.file for g in groundings for field in g.request if field.file is not None}:
+    groundings, estimates = snapshot.groundings.values(), snapshot.travel_estimates
+    requests = [*(g.request for g in groundings), *(estimate.request for estimate in estimates)]
+    for file in {field.file for request in requests for field in request if field.file is not None}:
         placed.allow(file.parent)
-    placed.may_keep({g.service for g in groundings if g.cacheable and g.deterministic and not g.on_robot})
+    cacheable = {g.service for g in groundings if g.cacheable and g.deterministic and not g.on_robot}
+    placed.may_keep(cacheable | {estimate.service for estimate in estimates})
 
 
 def check_kept(snapshot: Snapshot, settings: ComputeSettings, file: Path | None) -> None:
@@ -120,8 +125,10 @@ def check_kept(snapshot: Snapshot, settings: ComputeSettings, file: Path | None)
     Raises:
         BadComputeSettings: Something else is to be kept.
     """
+    same = {g.service for g in snapshot.groundings.values() if g.deterministic and not g.on_robot}
+    same |= {estimate.service for estimate in snapshot.travel_estimates}
     for service in settings.cache.on_disk:
-        if not any(g.service == service and g.deterministic and not g.on_robot for g in snapshot.groundings.values()):
+        if service not in same:
             told = f"no process with isDeterministic true is grounded in {service}, so that its replies cannot be kept"
             raise BadComputeSettings(str(file), "cache.on_disk", told)
 
@@ -140,7 +147,7 @@ def check_groundings(snapshot: Snapshot, offers: Callable[[str], bool], robots: 
             if not is_type(field.message_type):
                 raise GroundingError(grounding.process, field.name, f"there is no ROS type {field.message_type}")
         if grounding.on_robot:
-            what = "action" if grounding.action_type else "service"
+            what = "topic" if grounding.is_topic else "action" if grounding.action_type else "service"
             for robot in robots:
                 name = grounding.service.replace("{robot}", robot)
                 if must_offer(snapshot.ontology, robot, grounding) and not offers(name):

@@ -13,6 +13,7 @@ from executive.simulated_topics import offer_topics
 from executive.wiring import Simulated, own_navigations, robot_handlers, simulated
 from grounding.inprocess import Handler
 from grounding.own_navigation import OWN_NAVIGATION_TYPE
+from grounding.ros1.board import Ros1Board
 from grounding.ros1.node import Master, Node
 from grounding.ros1.package import write_package
 from grounding.ros1.services import Services
@@ -49,7 +50,7 @@ def serve_simulated(
     none, and is not offered.
 
     Args:
-        master: Of ROS 1; the same services, without actions, are offered there too.
+        master: Of ROS 1; the same services and topics, without actions, are offered there too.
         access: Who may connect and do what; anybody and everything if None.
         package: Folder into which the types of the services are written as a package of ROS 1.
 
@@ -84,7 +85,7 @@ def serve_simulated(
         for name, navigation in navigations.items():
             hub.actions.offer(name, OWN_NAVIGATION_TYPE, navigation.start)
             offered.append(name)
-        offered += offer_topics(hub, world.clock, world.poses, handlers, world.fleet.odometry)
+        offered += offer_topics(hub.topics, world.clock, world.poses, handlers, world.fleet.odometry)
         try:
             server = open_parts.enter_context(
                 serve(hub, world.clock, host=host, port=port, tls=allowed.tls, max_sessions=allowed.clients)
@@ -106,12 +107,13 @@ def _in_ros_1(
     types: Mapping[str, ServiceType],
     handlers: Mapping[str, Handler],
 ) -> Iterator[None]:
-    """Offer services of the simulated robots in ROS 1, on the thread of the server."""
+    """Offer services and topics of the simulated robots in ROS 1, on the thread of the server."""
     node = Node(master, complain=logging.getLogger(__name__).warning)
     offers = Services(node, wire, server.post, world.clock)
     services, there = world.fleet.services(), threading.Event()
     for name, service_type in types.items():
         offers.offer(name, service_type, handlers[name], services[name].latency_s)
+    offer_topics(Ros1Board(node, wire, server.post), world.clock, world.poses, handlers, world.fleet.odometry)
     node.do(there.set)
     node.open()
     try:

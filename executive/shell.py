@@ -25,12 +25,14 @@ from executive.results import TaskResult, outputs_of
 from executive.revising import Unfinished
 from executive.shown import lacking, shown, shown_output
 from executive.state import State
+from executive.topic_readings import TopicReadings
 from executive.travel import travel_times
 from grounding.actions import Carrier
 from grounding.errors import GroundingError
 from grounding.ground import ground
 from grounding.messages import PoseStamped
 from grounding.outcome import Outcome, OutcomeStatus, interpret, refused, timed_out
+from grounding.runner import Here, Runner
 from grounding.transport import ServiceReply
 from kb.clock import Clock
 from kb.difference import concerned
@@ -62,10 +64,12 @@ class Shell:
         self._pace = pace
         self.recorder = recorder
         self.metrics = Metrics()
+        self.compute: Runner = Here()
         self.results: dict[str, TaskResult] = {}
         self._knowledge = knowledge
         self._transport = transport
         self._goal_calls = GoalCalls(transport, clock, self.post)
+        self._readings = TopicReadings(transport, clock)
         self._last_change: tuple[Revision, Revision, CarryOver] | None = None
         self._keys: dict[str, str] = {}
         self._held: dict[str, Snapshot] = {}
@@ -172,8 +176,9 @@ class Shell:
             yield self._made_plan(session, snapshot)[0], explainer
 
     def _solved(self, request: TaskRequest, snapshot: Snapshot) -> GoalPlan:
-        assert request.goal is not None
-        return solve_goal(request.goal, snapshot, self._messages, self._pose_estimate, t_s=self.clock.now_s)
+        goal, t_s = request.goal, self.clock.now_s
+        assert goal is not None
+        return solve_goal(goal, snapshot, self._messages, self._pose_estimate, self.compute, t_s=t_s)
 
     def remember(self, fluent: Fluent, message: object) -> None:
         """Keep a message as the value of a fluent, as told before anything has moved."""
@@ -317,7 +322,7 @@ class Shell:
         now_s = self.clock.now_s
 
         def times(robots: Sequence[str], places: Sequence[str]) -> Travel:
-            return travel_times(robots, places, snapshot, self._pose_estimate, t_s=now_s)
+            return travel_times(robots, places, snapshot, self._pose_estimate, self.compute, t_s=now_s)
 
         return times
 
@@ -370,9 +375,11 @@ class Shell:
         )
         if grounding.action_type:
             self._goal_calls.send(call, grounding, Recoveries(snapshot.ontology), came)
-            return
-        self._transport.call(call, deliver)
-        forget_timeout = self.clock.call_at(called_s + call.timeout_s, lambda: came(timed_out(call), {}))
+        elif grounding.is_topic:
+            self._readings.read(call, grounding, came)
+        else:
+            self._transport.call(call, deliver)
+            forget_timeout = self.clock.call_at(called_s + call.timeout_s, lambda: came(timed_out(call), {}))
 
     def _keep(self, action: Action, outcome: Outcome) -> None:
         for name, value in outcome.outputs.items():

@@ -12,13 +12,13 @@ A sensor measures only while somebody listens. Nothing that a robot could not kn
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
 from grounding.inprocess import Handler
 from grounding.messages import Odometry
-from grounding.rosbridge.hub import Hub
+from grounding.topics import Board, HearingBoard
 from kb.clock import SimClock
 from kb.errors import ServiceFailed
 
@@ -42,25 +42,35 @@ class _Source:
 
 
 def offer_topics(
-    hub: Hub, clock: SimClock, robots: Iterable[str], handlers: Mapping[str, Handler], odometry: _Measured
+    board: HearingBoard, clock: SimClock, robots: Iterable[str], handlers: Mapping[str, Handler], odometry: _Measured
 ) -> list[str]:
-    """Offer the topics of robots on a server, whose clock is that of the simulator.
+    """Offer the topics of robots to others.
 
     Args:
+        board: Of a server, or of ROS 1.
+        clock: Of the simulator.
         handlers: The services of the robots by full name.
         odometry: What the wheels of a robot tell now.
 
     Returns:
         The names of the topics.
     """
+    there = tuple(robots)
+    driven = [_listen(board, robot, handlers[f"/{robot}/base"]) for robot in there]
+    return [*offer_sensors(board, clock, there, handlers, odometry), *driven]
+
+
+def offer_sensors(
+    board: Board, clock: SimClock, robots: Sequence[str], handlers: Mapping[str, Handler], odometry: _Measured
+) -> list[str]:
+    """Offer what robots measure, without what they hear; see `offer_topics`."""
     names: list[str] = []
     for robot in robots:
         for source in _sources(robot, handlers, odometry):
+            repeat = _Repeat(board, clock, source)
             for topic, (message_type, _) in source.topics.items():
-                hub.topics.offer(topic, message_type)
+                board.offer(topic, message_type, begun=repeat.begin)
                 names.append(topic)
-            _Repeat(hub, clock, source).start()
-        names.append(_listen(hub, robot, handlers[f"/{robot}/base"]))
     return names
 
 
@@ -83,29 +93,33 @@ def _sources(robot: str, handlers: Mapping[str, Handler], odometry: _Measured) -
 
 
 class _Repeat:
-    """Reads a source again and again, and tells what it gives to who listens."""
+    """Reads a source again and again while somebody listens, and tells what it gives."""
 
-    def __init__(self, hub: Hub, clock: SimClock, source: _Source) -> None:
-        self._hub, self._clock, self._source = hub, clock, source
+    def __init__(self, board: Board, clock: SimClock, source: _Source) -> None:
+        self._board, self._clock, self._source = board, clock, source
+        self._is_running = False
 
-    def start(self) -> None:
-        self._clock.call_at(self._clock.now_s + self._source.period_s, self._say)
+    def begin(self) -> None:
+        if not self._is_running:
+            self._is_running = True
+            self._clock.call_at(self._clock.now_s + self._source.period_s, self._say)
 
     def _say(self) -> None:
-        heard = {t: field for t, (_, field) in self._source.topics.items() if self._hub.topics.is_heard(t)}
+        self._is_running = False
+        heard = {t: field for t, (_, field) in self._source.topics.items() if self._board.is_heard(t)}
         if heard:
             message = self._source.read()
             for topic, field in heard.items():
-                self._hub.topics.say(topic, message[field])
-        self.start()
+                self._board.say(topic, message[field])
+            self.begin()
 
 
-def _listen(hub: Hub, robot: str, base: Handler) -> str:
+def _listen(board: HearingBoard, robot: str, base: Handler) -> str:
     name = f"/{robot}/cmd_vel"
 
     def drive(velocity: object) -> None:
         with suppress(ServiceFailed):  # a velocity that is no number: the base keeps to the last one, and stops
             base({"velocity": velocity})
 
-    hub.topics.listen(name, "geometry_msgs/Twist", drive)
+    board.listen(name, "geometry_msgs/Twist", drive)
     return name

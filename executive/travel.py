@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from grounding.ground import field_of_individual, pose_of
-from grounding.messages import Float64MultiArray, Path, PoseStamped, header
-from grounding.runner import compute
+from grounding.messages import Float64MultiArray, Path, PoseStamped, header, stamp_of
+from grounding.runner import Runner
 from kb.store import Snapshot
 from kb.vocabulary import Property
 from planner.network import NO_WAY, Milliseconds, Travel
@@ -17,6 +18,8 @@ STARTS, PLACES = "starts", "places"
 """The fields of the request for travel times that hold where robots are, and the places."""
 
 _MS_PER_S = 1000
+_PATIENCE_S = 600.0
+"""Only an estimate that hangs for good is to be stopped: without it there is no plan."""
 
 
 def travel_times(
@@ -24,6 +27,7 @@ def travel_times(
     places: Sequence[str],
     snapshot: Snapshot,
     pose_of_robot: Callable[[str], PoseStamped],
+    runner: Runner,
     *,
     t_s: float,
 ) -> Travel:
@@ -33,6 +37,7 @@ def travel_times(
 
     Args:
         pose_of_robot: Where a robot believes it is.
+        runner: Where the service runs, or its reply to an equal request is known.
         t_s: Time now.
 
     Raises:
@@ -58,9 +63,9 @@ def travel_times(
     for (factor, *values), group in alike.items():
         assert isinstance(factor, int | float)
         request: dict[str, object] = dict(zip((f.name for f in estimate.request), values, strict=True))
-        request[STARTS] = Path(header=header("map", t_s), poses=[pose_of_robot(robot) for robot in group])
+        request[STARTS] = Path(header=header("map", t_s), poses=[_now(pose_of_robot(robot), t_s) for robot in group])
         request[PLACES] = Path(header=header("map", t_s), poses=poses)
-        seconds = compute(estimate.service, request, t_s=t_s)["seconds"]
+        seconds = runner.submit(estimate.service, request, t_s=t_s, timeout_s=_PATIENCE_S).result()["seconds"]
         assert isinstance(seconds, Float64MultiArray)
         table = _milliseconds(seconds, (len(group) + len(places), len(places)), factor)
         for number, robot in enumerate(group):
@@ -68,6 +73,11 @@ def travel_times(
             here[robot] = table[number]
         between.append(table[len(group) :])
     return Travel(places=tuple(places), profile=profile, between=tuple(between), here=here)
+
+
+def _now(pose: PoseStamped, t_s: float) -> PoseStamped:
+    """A pose as that of now: where a robot stands still, requests are equal, whenever it was measured."""
+    return replace(pose, header=replace(pose.header, stamp=stamp_of(t_s)))
 
 
 def _milliseconds(seconds: Float64MultiArray, shape: tuple[int, int], factor: float) -> Milliseconds:

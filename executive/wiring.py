@@ -14,6 +14,7 @@ from executive.live import LiveKnowledge
 from executive.opening import Given, Robots, begin, check_groundings, check_kept, prepare, start_of
 from executive.pace import SIMULATED
 from executive.shell import Shell
+from executive.simulated_topics import offer_sensors
 from grounding.compute.settings import ComputeSettings, read_settings
 from grounding.faults import read_faults
 from grounding.inprocess import Handler, InProcessTransport, Service
@@ -84,6 +85,7 @@ def open_simulated(given: Given, scenario: str | Path | None) -> Parts:
         clock,
         SIMULATED,
         poses,
+        placed,
         faults=injected,
         seed=chosen_seed,
         scenario=str(world.named),
@@ -148,6 +150,7 @@ def _transport(
     handlers = robot_handlers(simulation, navigations)
     for name, service in simulation.services().items():
         transport.offer(name, Service(handler=handlers[name], latency_s=service.latency_s))
+    offer_sensors(transport.topics, clock, list(poses), handlers, simulation.odometry)
     _offer_compute(transport, snapshot, clock, placed)
     durations = {g.service: g.duration_s for g in snapshot.groundings.values()}
     for name, handler in services.items():

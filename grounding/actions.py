@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Protocol
 
-from grounding.transport import Transport
+from grounding.topics import TopicTransport
 
 
 class GoalStatus(IntEnum):
@@ -71,8 +71,8 @@ class ActionTransport(Protocol):
         """Ask for the end of a goal, which still has a result; one that has ended already is left alone."""
 
 
-class Carrier(Transport, ActionTransport, Protocol):
-    """Carries both: calls to services, and goals to actions."""
+class Carrier(TopicTransport, ActionTransport, Protocol):
+    """Carries all: calls to services, goals to actions, and what is said on topics."""
 
 
 class GoalHandle(Protocol):

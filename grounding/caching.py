@@ -38,6 +38,11 @@ class CacheCount:
     hits: int = 0
     misses: int = 0
 
+    @property
+    def hit_rate(self) -> float:
+        """The share of calls that were hits; 0 where there was none."""
+        return self.hits / max(1, self.hits + self.misses)
+
 
 class Caching:
     """Runs services with another runner, but those that may be cached only where their reply is not known.

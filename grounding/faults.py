@@ -1,9 +1,11 @@
 """Faults on the way to services and back, by schedule or by chance: for tests, campaigns and what-if runs.
 
+A topic meets one of them only, that nothing comes through; who listens to it makes no calls.
+
 Whatever carries the calls, the executive meets the same faults; the same seed gives the same ones. In a TOML file:
 
     [faults.camera_fails_once]
-    service = "/amigo_1/kinect"     # names of services and actions, with * and ?
+    service = "/amigo_1/kinect"     # names of services, actions and topics, with * and ?
     kind = "fail"                   # fail, hang, silence, delay, repeat, cut
     calls = [1]                     # which of the calls to such services; all if left out
     code = "SensorSilent"           # failure that is told
@@ -33,8 +35,9 @@ from typing import assert_never
 import numpy as np
 
 from grounding.actions import Carrier, Goal, GoalResult, GoalStatus
+from grounding.topics import Heard
 from grounding.transport import ServiceCall, ServiceReply
-from kb.clock import Clock
+from kb.clock import Callback, Clock
 from kb.errors import BadFile
 from kb.section import Section, read_file
 
@@ -53,7 +56,7 @@ class FaultKind(StrEnum):
     REPEAT = auto()
     """The reply comes twice."""
     CUT = auto()
-    """Nothing comes through, neither calls nor the replies to earlier ones."""
+    """Nothing comes through: no calls, no replies to earlier ones, no messages of topics."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +64,7 @@ class Fault:
     """Which calls meet a fault, and which.
 
     Attributes:
-        service: Names of services and actions, with `*` and `?` as in file names.
+        service: Names of services, actions and topics, with `*` and `?` as in file names.
         calls: Which of the calls to such services, counted from 1 by this fault; all if empty.
         from_s: From this time of the clock.
         until_s: Before this time.
@@ -195,6 +198,13 @@ class FaultyTransport:
     def cancel_goal(self, goal_id: int) -> None:
         if not self._is_cut(self._actions.get(goal_id, "")):
             self._transport.cancel_goal(goal_id)
+
+    def hear_topic(self, topic: str, message_type: str, heard: Heard) -> Callback:
+        def come_through(message: object, problem: str) -> None:
+            if not self._is_cut(topic):
+                heard(message, problem)
+
+        return self._transport.hear_topic(topic, message_type, come_through)
 
     def _fault_of(self, service: str) -> Fault | None:
         """The first fault that strikes this call or goal; each one that concerns it counts it."""

@@ -1,4 +1,7 @@
-"""The transport within one process: services and actions are functions, replies come when the clock says so."""
+"""The transport within one process: services and actions are functions, replies come when the clock says so.
+
+What is said on topics is heard by who has asked for it, and by nobody else.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,9 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from grounding.actions import Goal, GoalResult, GoalStatus, Start, result_of
+from grounding.topics import Heard
 from grounding.transport import ServiceCall, ServiceReply
-from kb.clock import Clock
+from kb.clock import Callback, Clock
 from kb.errors import ServiceFailed
 
 Handler = Callable[[Mapping[str, object]], Mapping[str, object]]
@@ -26,10 +30,55 @@ class Service:
     latency_s: float
 
 
+class InProcessTopics:
+    """The topics of one process: who says something on them, and who listens."""
+
+    def __init__(self) -> None:
+        self._begun: dict[str, Callback] = {}
+        self._heard: dict[str, Heard] = {}
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._begun
+
+    def offer(self, name: str, message_type: str, *, begun: Callback) -> None:
+        """Say that a topic is spoken on; messages are handed on as they are, whatever type it has.
+
+        Args:
+            begun: Called whenever somebody begins to listen to it.
+        """
+        self._begun[name] = begun
+        if name in self._heard:
+            begun()
+
+    def is_heard(self, name: str) -> bool:
+        """Whether anybody listens to a topic."""
+        return name in self._heard
+
+    def say(self, name: str, message: object) -> None:
+        """Say a message on a topic; where nobody listens it is lost."""
+        if heard := self._heard.get(name):
+            heard(message, "")
+
+    def hear(self, name: str, heard: Heard) -> Callback:
+        """Listen to a topic, in the place of who has listened before; see TopicTransport.hear_topic."""
+        self._heard[name] = heard
+        if name in self._begun:
+            self._begun[name]()
+        return lambda: self._forget(name)
+
+    def _forget(self, name: str) -> None:
+        del self._heard[name]
+
+
 class InProcessTransport:
-    """Calls functions. The handler sees the world as of the call; the reply comes `latency_s` later."""
+    """Calls functions. The handler sees the world as of the call; the reply comes `latency_s` later.
+
+    Attributes:
+        topics: What is said in this process.
+    """
 
     def __init__(self, clock: Clock) -> None:
+        self.topics = InProcessTopics()
         self._clock = clock
         self._services: dict[str, Service] = {}
         self._actions: dict[str, Start] = {}
@@ -44,8 +93,8 @@ class InProcessTransport:
         self._actions[name] = start
 
     def offers(self, name: str) -> bool:
-        """Whether there is a service or an action of this name."""
-        return name in self._services or name in self._actions
+        """Whether there is a service, an action or a topic of this name."""
+        return name in self._services or name in self._actions or name in self.topics
 
     def call(self, call: ServiceCall, deliver: Callable[[ServiceReply], None]) -> None:
         service = self._services.get(call.service)
@@ -63,9 +112,7 @@ class InProcessTransport:
         self._clock.call_at(self._clock.now_s + service.latency_s, lambda: deliver(reply))
 
     def reconcile(self, calls: Iterable[ServiceCall], told: Callable[[Mapping[int, bool | None]], None]) -> None:
-        offered: dict[int, bool | None] = {
-            call.id: call.service in self._services or call.service in self._actions for call in calls
-        }
+        offered: dict[int, bool | None] = {call.id: self.offers(call.service) for call in calls}
         self._clock.call_at(self._clock.now_s, lambda: told(offered))
 
     def send_goal(
@@ -91,6 +138,9 @@ class InProcessTransport:
         running = self._goals.get(goal_id)
         if running is not None:
             running.canceled()
+
+    def hear_topic(self, topic: str, message_type: str, heard: Heard) -> Callback:
+        return self.topics.hear(topic, heard)
 
 
 class _RunningGoal:

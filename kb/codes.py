@@ -105,7 +105,9 @@ CODES: dict[str, Code] = {
     ),
     "KB101": Code(
         meaning="An atomic process has no grounding, or several.",
-        advice="Give it one `RobotGrounding`, `ComputeGrounding` or `ActionGrounding` that `grounds` it.",
+        advice=(
+            "Give it one `RobotGrounding`, `ComputeGrounding`, `ActionGrounding` or `TopicGrounding` that `grounds` it."
+        ),
     ),
     "KB103": Code(
         meaning="A composite process has no `composedOf`, or several.",
@@ -247,6 +249,13 @@ CODES: dict[str, Code] = {
     "KB136": Code(
         meaning="A grounding in a ROS action does not say in which.",
         advice="One `actionName` such as `/{robot}/navigate_to_pose`, one `actionType`: `nav2_msgs/NavigateToPose`.",
+    ),
+    "KB137": Code(
+        meaning="A grounding in a ROS topic is not whole.",
+        advice=(
+            "One `topicName` such as `/{robot}/scan`, one `maxAge_s` above 0, no request field, and one reply field "
+            "whose `messageType` is that of the topic."
+        ),
     ),
     "KB140": Code(
         meaning="A location is in no area.",

@@ -31,15 +31,17 @@ class Field:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grounding:
-    """The service or action that executes an atomic process.
+    """The service, action or topic that executes an atomic process.
 
     Attributes:
-        service: Name of the service, or of the action; `{robot}` stands for the robot's name.
+        service: Name of the service, the action or the topic; `{robot}` stands for the robot's name.
         on_robot: Whether the robot offers it; else it is a compute service.
         duration_s: How long it is expected to take.
         deterministic: Whether equal requests have equal replies, but for stamps.
         cacheable: Whether an earlier reply to an equal request may stand in for a call.
-        action_type: Such as `nav2_msgs/NavigateToPose`; empty for a service.
+        action_type: Such as `nav2_msgs/NavigateToPose`; empty for a service or a topic.
+        max_age_s: How old the newest message of a topic may be; None for a service or an action. The one reply field
+            is the message.
     """
 
     name: str
@@ -53,6 +55,12 @@ class Grounding:
     deterministic: bool = False
     cacheable: bool = False
     action_type: str = ""
+    max_age_s: float | None = None
+
+    @property
+    def is_topic(self) -> bool:
+        """Whether the newest message of a topic is taken, rather than something called."""
+        return self.max_age_s is not None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,11 +86,18 @@ def read_travel_estimates(ontology: Ontology, site_folder: Path) -> dict[str, Tr
     }
 
 
+_NAMED_BY = {
+    Kind.ROBOT_GROUNDING: Property.SERVICE_NAME,
+    Kind.COMPUTE_GROUNDING: Property.SERVICE_NAME,
+    Kind.ACTION_GROUNDING: Property.ACTION_NAME,
+    Kind.TOPIC_GROUNDING: Property.TOPIC_NAME,
+}
+
+
 def read_groundings(ontology: Ontology, processes: dict[str, Process], site_folder: Path) -> dict[str, Grounding]:
     """All groundings by the name of their process; shapes have checked that each is whole."""
     groundings = {}
-    for kind in (Kind.ROBOT_GROUNDING, Kind.COMPUTE_GROUNDING, Kind.ACTION_GROUNDING):
-        named = Property.ACTION_NAME if kind is Kind.ACTION_GROUNDING else Property.SERVICE_NAME
+    for kind, named in _NAMED_BY.items():
         for name in ontology.individuals(kind):
             process = str(ontology.value(Property.GROUNDS, name))
             groundings[process] = Grounding(
@@ -97,15 +112,16 @@ def read_groundings(ontology: Ontology, processes: dict[str, Process], site_fold
                 deterministic=ontology.value(Property.IS_DETERMINISTIC, process) is True,
                 cacheable=ontology.value(Property.IS_CACHEABLE, name) is True,
                 action_type=str(ontology.value(Property.ACTION_TYPE, name) or ""),
+                max_age_s=_number(ontology, Property.MAX_AGE_S, name) if kind is Kind.TOPIC_GROUNDING else None,
             )
     return groundings
 
 
 def must_offer(ontology: Ontology, robot: str, grounding: Grounding) -> bool:
-    """Whether a robot must offer what a grounding names: an action only if it is capable of the process."""
+    """Whether a robot must offer what a grounding names: an action or a topic only if it is capable of the process."""
     needed = ontology.values(Property.REQUIRES_CAPABILITY, grounding.process)
     able = all(ontology.is_a(robot, str(capability)) for capability in needed)
-    return grounding.on_robot and (able or not grounding.action_type)
+    return grounding.on_robot and (able or not (grounding.action_type or grounding.is_topic))
 
 
 def _fields(ontology: Ontology, prop: Property, grounding: str, site_folder: Path) -> tuple[Field, ...]:

@@ -1,4 +1,4 @@
-"""`concertmaster kb services`: what a robot must offer: ROS service definitions, and names of actions."""
+"""`concertmaster kb services`: what a robot must offer: ROS service definitions, and names of actions and topics."""
 
 from __future__ import annotations
 
@@ -40,6 +40,10 @@ def _services(options: argparse.Namespace) -> int:
         name = grounding.service.replace("{robot}", options.robot or "{robot}")
         if grounding.action_type:
             print(f"# {name}: {grounding.process}, an action of type {grounding.action_type}")
+            continue
+        if grounding.is_topic:
+            (message,) = grounding.reply
+            print(f"# {name}: {grounding.process}, a topic of type {message.message_type}")
             continue
         print(f"# {name}: {grounding.process}")
         print("\n".join([*_lines(grounding.request), "---", *_lines(grounding.reply)]))

@@ -34,6 +34,7 @@ from grounding.rosbridge.dropped import Dropped
 from grounding.rosbridge.goals import Done, Feedback
 from grounding.rosbridge.topics import Subscription, Take
 from grounding.rosbridge.types import ActionType, ServiceType, Types
+from grounding.topics import Heard
 from grounding.transport import ServiceCall
 from kb.clock import Callback, WallClock
 
@@ -129,6 +130,11 @@ class Ros1Transport:
 
     def cancel_goal(self, goal_id: int) -> None:
         self._goals.cancel_goal(goal_id)
+
+    def hear_topic(self, topic: str, message_type: str, heard: Heard) -> Callback:
+        subscription = self.subscribe(topic, message_type, lambda message: heard(message, ""))
+        subscription.refused = lambda problem: heard(None, problem)
+        return lambda: self.unsubscribe(topic)
 
     def subscribe(
         self, topic: str, message_type: str, take: Take | None = None, *, throttle_s: float = 0.0

@@ -47,7 +47,7 @@ class Topics:
             try:
                 message = self._wire.decode(full_type, data)
             except BadValue as error:
-                subscription.problem = f"message of {topic}: {error}"
+                subscription.refuse(f"message of {topic}: {error}")
                 self._dropped.note(subscription.problem)
             else:
                 subscription.receive(message)

@@ -31,8 +31,9 @@ from grounding.rosbridge.offers import Offers
 from grounding.rosbridge.topics import Subscription, Take, Topics
 from grounding.rosbridge.types import ActionType, ServiceType, Types
 from grounding.rosbridge.values import Numbers
+from grounding.topics import Heard
 from grounding.transport import ServiceCall
-from kb.clock import WallClock
+from kb.clock import Callback, WallClock
 from kb.groundings import Grounding
 
 _SERVICES = "/rosapi/services"
@@ -47,7 +48,7 @@ def service_types(groundings: Iterable[Grounding], robots: Iterable[str], types:
     """
     found: dict[str, ServiceType] = {}
     names = sorted(robots)
-    for grounding in sorted((g for g in groundings if not g.action_type), key=lambda g: g.process):
+    for grounding in sorted((g for g in groundings if not (g.action_type or g.is_topic)), key=lambda g: g.process):
         made = types.add_service_of(
             grounding.process,
             {field.name: field.message_type for field in grounding.request},
@@ -182,6 +183,11 @@ class RosbridgeTransport:
 
     def cancel_goal(self, goal_id: int) -> None:
         self._goals.cancel_goal(goal_id)
+
+    def hear_topic(self, topic: str, message_type: str, heard: Heard) -> Callback:
+        subscription = self.subscribe(topic, message_type, lambda message: heard(message, ""))
+        subscription.refused = lambda problem: heard(None, problem)
+        return lambda: self.unsubscribe(topic)
 
     def subscribe(
         self, topic: str, message_type: str, take: Take | None = None, *, throttle_s: float = 0.0

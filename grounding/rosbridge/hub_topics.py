@@ -135,6 +135,7 @@ class _Topic:
     Attributes:
         publishers: By client whether its messages are kept for who comes later.
         local: Whether this process publishes; None, else whether its messages are kept.
+        begun: Called when somebody begins to listen.
         latched: The message that who comes later gets.
     """
 
@@ -146,6 +147,7 @@ class _Topic:
     local: bool | None = None
     latched: _Message | None = None
     latched_bytes: int = 0
+    begun: Callback = lambda: None
 
     @property
     def idle(self) -> bool:
@@ -168,19 +170,25 @@ class Topics:
         self._topics: dict[str, _Topic] = {}
         self._count = 0
 
-    def offer(self, name: str, message_type: str, *, latch: bool = False) -> None:
+    def offer(self, name: str, message_type: str, *, latch: bool = False, begun: Callback = lambda: None) -> None:
         """Say that this process publishes on a topic.
+
+        Args:
+            begun: Called whenever somebody begins to listen to it.
 
         Raises:
             Refused: The topic has another type.
             UnknownType: There is no such type.
         """
-        self._topic(name, message_type).local = latch
+        topic = self._topic(name, message_type)
+        topic.local, topic.begun = latch, begun
+        if self.is_heard(name):
+            begun()
 
     def withdraw(self, name: str) -> None:
         """Say that this process publishes no more on a topic that was offered."""
         topic = self._topics[resolved(name)]
-        topic.local = None
+        topic.local, topic.begun = None, lambda: None
         self._forget_if_idle(topic)
 
     def say(self, name: str, message: object) -> None:
@@ -196,6 +204,7 @@ class Topics:
         """
         topic = self._topic(name, message_type)
         topic.listeners.append(listener)
+        topic.begun()
 
         def end() -> None:
             topic.listeners.remove(listener)
@@ -259,6 +268,8 @@ class Topics:
         subscriber.wishes[operation.id] = operation
         if is_new and topic.latched is not None:
             subscriber.offer(topic.latched)
+        if is_new:
+            topic.begun()
         self.changed()
 
     def unsubscribe(self, session: Session, operation: Unsubscribe) -> None:

@@ -27,6 +27,7 @@ class Subscription:
     Attributes:
         newest: The newest message; None before the first.
         problem: Why the last that came could not be read; empty if it could.
+        refused: Told that as well.
     """
 
     def __init__(self, topic: str, message_type: str, clock: WallClock, take: Take | None) -> None:
@@ -35,6 +36,7 @@ class Subscription:
         self._came_s: float | None = None
         self.newest: object | None = None
         self.problem = ""
+        self.refused: Callable[[str], None] = lambda problem: None
 
     @property
     def age_s(self) -> float | None:
@@ -46,6 +48,11 @@ class Subscription:
         self.newest, self._came_s, self.problem = message, self._clock.now_s, ""
         if self._take is not None:
             self._take(message)
+
+    def refuse(self, problem: str) -> None:
+        """Take note of a message that cannot be read."""
+        self.problem = problem
+        self.refused(problem)
 
 
 class Topics:
@@ -136,7 +143,7 @@ class Topics:
         try:
             message = from_tree(subscription.message_type, operation.msg, now_s=self._clock.now_s, types=self._types)
         except BadValue as error:
-            subscription.problem = f"message of {operation.topic}: {error}"
+            subscription.refuse(f"message of {operation.topic}: {error}")
             self._dropped.note(subscription.problem)
         else:
             subscription.receive(message)

@@ -1,4 +1,4 @@
-"""The services of the localize-navigate cycle ([RoboEarth] 5), answered with what was made before.
+"""The services of the localize-navigate cycle ([RoboEarth] 5), answered with what was made before; scans on topics too.
 
 As a program it offers them to rosbridge clients, prints where it listens, and goes on until its standard
 input ends.
@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
@@ -41,6 +42,8 @@ from kb.store import KnowledgeBase
 
 CYCLE = ("LocMap", "Laser", "Pose", "Path", "VelCmd", "Base")
 CAMERA = "Kinect"
+LASER = "Laser"
+SCAN_S = 0.1
 ROBOTS = tuple(f"amigo_{number}" for number in range(1, 11))
 
 _ZERO = Vector3(x=0.0, y=0.0, z=0.0)
@@ -132,6 +135,11 @@ class Canned:
         """The name of the service."""
         return self._groundings[process].service.replace("{robot}", robot)
 
+    def laser_topic(self) -> Grounding:
+        """The laser as a topic, beside the service that the ontology has."""
+        of = self._groundings[LASER]
+        return replace(of, service="/{robot}/scan", max_age_s=2 * SCAN_S)
+
     def request(self, process: str) -> Mapping[str, object]:
         """What it is asked with."""
         return self._of(self._groundings[process].request)
@@ -166,9 +174,24 @@ def _serve() -> None:
     hub = Hub(clock, types=canned.types)
     for name, reply in canned.by_service().items():
         hub.services.offer(name, canned.services[name].name, lambda fields, reply=reply: reply)  # type: ignore[misc]
+    for robot in ROBOTS:
+        _say_scans(canned, hub, clock, robot)
     with serve(hub, clock) as server:
         print(server.uri, flush=True)
         sys.stdin.read()
+
+
+def _say_scans(canned: Canned, hub: Hub, clock: SimClock, robot: str) -> None:
+    laser = canned.laser_topic()
+    [field], topic = laser.reply, laser.service.replace("{robot}", robot)
+    hub.topics.offer(topic, field.message_type)
+    scan = canned.reply(LASER)[field.name]
+
+    def say() -> None:
+        hub.topics.say(topic, scan)
+        clock.call_at(clock.now_s + SCAN_S, say)
+
+    say()
 
 
 if __name__ == "__main__":

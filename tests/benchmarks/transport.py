@@ -3,7 +3,8 @@
 The cycle is the six calls LocMap, Laser, Pose, Path (50 poses), VelCmd, Base with the fields that the ontology gives
 them, a map of 200 x 160 cells in three of them, answered with what was made before ([RoboEarth] 5, where through
 services it came to 0.1 Hz): in process, and over rosbridge to another process, for one robot and for ten, each with a
-connection of its own. Text is what other servers take, CBOR what ours does. `rosbridge_cpu_ms` is what a cycle takes of
+connection of its own. `rosbridge_topics_hz` is the same with the laser read from a topic, 10 scans a second, so that
+there are five calls. Text is what other servers take, CBOR what ours does. `rosbridge_cpu_ms` is what a cycle takes of
 the client's processor, which says more than Hz where others share the machine. Images are one call for color and
 depth, 640 x 480, as CBOR. A step is an outcome told to the planner and the actions that may start then, two robots
 at two drinks.
@@ -31,8 +32,11 @@ from itertools import count
 import numpy as np
 
 from executive import Fleet, TaskStatus
+from executive.topic_readings import TopicReadings
 from executive.trace import ActionFinished
+from grounding.actions import Carrier
 from grounding.inprocess import InProcessTransport, Service
+from grounding.outcome import Outcome
 from grounding.ros1.client import Ros1Transport
 from grounding.ros1.installed import ros
 from grounding.ros1.node import Master
@@ -42,11 +46,11 @@ from grounding.ros2.client import Ros2Transport
 from grounding.rosbridge.client import RosbridgeTransport
 from grounding.rosbridge.connection import Endpoint
 from grounding.rosbridge.types import Types
-from grounding.transport import ServiceCall, ServiceReply, Transport
+from grounding.transport import ServiceCall, ServiceReply
 from kb.clock import WallClock
 from kb.files import SHIPPED
 from kb.store import KnowledgeBase
-from tests.benchmarks.canned import CAMERA, CYCLE, ROBOTS, Canned, far_end_process
+from tests.benchmarks.canned import CAMERA, CYCLE, LASER, ROBOTS, Canned, far_end_process
 from tests.benchmarks.canned_ros1 import far_end_in_ros_1
 from tests.benchmarks.decisions import decisions
 from tests.benchmarks.harness import Figure, main
@@ -66,6 +70,7 @@ def run(quick: bool) -> Mapping[str, Figure]:
         alone = _over_rosbridge(canned, uri, one, seconds, binary=True)
         figures["rosbridge_hz"] = alone.hz
         figures["rosbridge_cpu_ms"] = alone.cpu_ms
+        figures["rosbridge_topics_hz"] = _over_rosbridge(canned, uri, one, seconds, binary=True, by_topic=True).hz
         figures["rosbridge_text_hz"] = _over_rosbridge(canned, uri, one, seconds, binary=False).hz
         figures["rosbridge_ten_robots_hz"] = _over_rosbridge(canned, uri, ten, seconds, binary=True).hz
         figures["images_mb_per_s"] = _images_mb_per_s(canned, uri, seconds)
@@ -111,11 +116,13 @@ def _in_process_hz(canned: Canned, seconds: float) -> float:
     return _slowest(canned, clock, {ROBOTS[0]: transport}, CYCLE, seconds).hz
 
 
-def _over_rosbridge(canned: Canned, uri: str, robots: Sequence[str], seconds: float, *, binary: bool) -> _Rate:
+def _over_rosbridge(
+    canned: Canned, uri: str, robots: Sequence[str], seconds: float, *, binary: bool, by_topic: bool = False
+) -> _Rate:
     clock = WallClock()
     with ExitStack() as stack:
         transports = {robot: stack.enter_context(_transport(canned, clock, uri, binary=binary)) for robot in robots}
-        return _slowest(canned, clock, transports, CYCLE, seconds)
+        return _slowest(canned, clock, transports, CYCLE, seconds, by_topic=by_topic)
 
 
 def _images_mb_per_s(canned: Canned, uri: str, seconds: float) -> float:
@@ -183,19 +190,38 @@ class _Rate:
 
 
 def _slowest(
-    canned: Canned, clock: WallClock, transports: Mapping[str, Transport], cycle: Sequence[str], seconds: float
+    canned: Canned,
+    clock: WallClock,
+    transports: Mapping[str, Carrier],
+    cycle: Sequence[str],
+    seconds: float,
+    *,
+    by_topic: bool = False,
 ) -> _Rate:
-    """Run the calls of the cycle one after the other, for all robots at once."""
+    """Run the calls of the cycle one after the other, for all robots at once; scans by topic, if that is asked for."""
     ids = count()
+    readings = {robot: TopicReadings(transport, clock) for robot, transport in transports.items()}
+    laser = canned.laser_topic()
     requests = {process: canned.request(process) for process in cycle}
     done = dict.fromkeys(transports, 0)  # calls
 
     def call_next(robot: str) -> None:
         process = cycle[done[robot] % len(cycle)]
+        if by_topic and process == LASER:
+            topic = laser.service.replace("{robot}", robot)
+            reading = ServiceCall(id=next(ids), service=topic, fields={}, timeout_s=60.0)
+            readings[robot].read(reading, laser, lambda outcome, fields: was_read(robot, outcome))
+            return
         call = ServiceCall(
             id=next(ids), service=canned.service(process, robot), fields=requests[process], timeout_s=60.0
         )
         transports[robot].call(call, lambda reply: took(robot, reply))
+
+    def was_read(robot: str, outcome: Outcome) -> None:
+        if not outcome.succeeded:
+            raise AssertionError(f"{robot}: {outcome.failure}: {outcome.reason}")
+        done[robot] += 1
+        call_next(robot)
 
     def took(robot: str, reply: ServiceReply) -> None:
         if reply.failure:

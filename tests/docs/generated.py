@@ -51,7 +51,7 @@ FIELDS = {
     "search": "`[phase, effort, nodes, pruned, makespan, lower bound]` each; effort in seconds of computing",
     "scenario": "name of a shipped scenario, or the file as it was given",
     "seed": "of all chance in the simulator",
-    "service": "full name of the service that was called",
+    "service": "full name of the service that was called, of the action, or of the topic that was read",
     "site": "name of the site",
     "source": "whose effect a fact is: an action or process; else `person` or `files`; empty in old traces",
     "status": "of a plan a [PlanStatus](python-api.md#planstatus), of a task a [TaskStatus](python-api.md#taskstatus)",

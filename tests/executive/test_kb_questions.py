@@ -12,6 +12,7 @@ import pytest
 from executive.cli import main
 from executive.kb_commands.tables import table
 from kb.files import SHIPPED
+from tests.scenarios.laser_topic import ground_laser_in_topic
 
 ROBOTS = "SELECT ?robot ?place { ?robot a core:Robot ; core:locatedAt ?place }"
 
@@ -193,3 +194,13 @@ def test_services_tells_what_a_robot_must_offer(capsys: pytest.CaptureFixture[st
     assert capsys.readouterr().out == told.replace("pico_1", "{robot}")
     assert main(["kb", "services", "drink_1"]) == 2
     assert "drink_1 is no robot of tue_lab; its robots are amigo_1, pico_1" in capsys.readouterr().err
+
+
+def test_services_tells_which_topics_a_robot_must_speak_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """By name and type, where the knowledge says that a process is done by listening."""
+    knowledge = Path(shutil.copytree(SHIPPED, tmp_path / "ontologies"))
+    ground_laser_in_topic(knowledge)
+    assert main(["kb", "services", "pico_1", "--knowledge", str(knowledge)]) == 0
+    told = capsys.readouterr().out
+    assert "# /pico_1/scan: Laser, a topic of type sensor_msgs/LaserScan\n" in told
+    assert "/pico_1/laser" not in told

@@ -10,6 +10,7 @@ import pytest
 
 from executive.cli import main
 from executive.metrics import Metrics, Use
+from grounding.caching import CacheCount
 from grounding.outcome import Outcome, OutcomeStatus
 from grounding.transport import ServiceCall
 
@@ -22,7 +23,7 @@ def ended(status: OutcomeStatus, elapsed_s: float) -> Outcome:
 
 
 def test_calls_are_counted_by_service_and_robot() -> None:
-    """How many, how many of them failed, bytes each way, time in all and of the longest."""
+    """How many, how many of them failed, bytes each way, time in all and of the longest; and what caches knew."""
     metrics = Metrics()
     asked = ServiceCall(id=1, service="/compute/map", fields={"name": "lab"}, timeout_s=1.0)
     metrics.note(asked, "anna", ended(OutcomeStatus.SUCCEEDED, 0.25), {"map": MAP})
@@ -41,10 +42,15 @@ def test_calls_are_counted_by_service_and_robot() -> None:
         longest_s=1.0,
     )
     assert (bert.robot, bert.reply_bytes) == ("bert", 100)
+    metrics.known = lambda: {"/compute/map": CacheCount(hits=3, misses=1), "/compute/path": CacheCount()}
     told = metrics.told()
     assert told["wall_s"] > 0.0
     assert told["cpu_share"] >= 0.0
     assert [use["robot"] for use in told["services"]] == ["anna", "bert"]
+    assert told["caches"] == [
+        {"service": "/compute/map", "hits": 3, "misses": 1, "hit_rate": 0.75},
+        {"service": "/compute/path", "hits": 0, "misses": 0, "hit_rate": 0.0},
+    ]
 
 
 def test_a_run_leaves_its_metrics(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -57,3 +63,5 @@ def test_a_run_leaves_its_metrics(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert {use["robot"] for use in uses.values()} == {"amigo_1"}
     assert uses["/compute/loc_map"]["reply_bytes"] > 30_000
     assert uses["/amigo_1/laser"]["calls"] == 1
+    caches = {cache.pop("service"): cache for cache in metrics["caches"]}
+    assert caches["/compute/loc_map"] == {"hits": 0, "misses": 1, "hit_rate": 0.0}

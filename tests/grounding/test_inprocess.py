@@ -46,3 +46,23 @@ def test_an_unknown_service_is_told_with_the_known() -> None:
     transport.call(CALL, replies.append)
     clock.run_until(lambda: False)
     assert replies[0].reason == "there is no service /greet; there is /bow, /wave"
+
+
+def test_who_speaks_on_a_topic_is_told_when_somebody_begins_to_listen() -> None:
+    """Also where somebody does already; what nobody hears is lost, and of two who listen the second does."""
+    transport, begun = InProcessTransport(SimClock()), list[str]()
+    heard: dict[str, list[object]] = {"first": [], "second": []}
+    transport.topics.say("/speed", 0)
+    assert not transport.offers("/speed")
+    transport.hear_topic("/speed", "std_msgs/Int8", lambda message, problem: heard["first"].append(message))
+    transport.topics.offer("/speed", "std_msgs/Int8", begun=lambda: begun.append("/speed"))
+    assert transport.offers("/speed")
+    transport.topics.say("/speed", 1)
+    end = transport.hear_topic("/speed", "std_msgs/Int8", lambda message, problem: heard["second"].append(message))
+    transport.topics.say("/speed", 2)
+    assert transport.topics.is_heard("/speed")
+    end()
+    assert not transport.topics.is_heard("/speed")
+    transport.topics.say("/speed", 3)
+    assert heard == {"first": [1], "second": [2]}
+    assert begun == ["/speed", "/speed"]

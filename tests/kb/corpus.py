@@ -10,6 +10,7 @@ from tests.kb.test_idle_faults import DOUBTS
 from tests.kb.test_kind_faults import KINDS
 from tests.kb.test_program_faults import GROUPS
 from tests.kb.test_rule_faults import RULES
+from tests.kb.test_topic_faults import TOPICS
 
 CORPUS: list[Fault] = [
     *QUICK,
@@ -17,6 +18,7 @@ CORPUS: list[Fault] = [
     *FILES,
     *UNUSED,
     *FAILURES,
+    *TOPICS,
     *REASONED,
     *(case for group in [*GROUPS, *DOUBTS, *RULES] for case in group),
 ]

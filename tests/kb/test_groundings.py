@@ -1,8 +1,13 @@
+from contextlib import closing
+from pathlib import Path
+
 import pytest
 
 from grounding import messages
 from kb.files import SHIPPED
+from kb.groundings import must_offer
 from kb.store import KnowledgeBase
+from tests.scenarios.laser_topic import ground_laser_in_topic
 
 PLAIN = {"bool", "float64", "int64", "string"}
 
@@ -29,6 +34,20 @@ def test_a_compute_service(shipped: KnowledgeBase) -> None:
     assert (fields["camera_x_m"].parameter, fields["camera_x_m"].of_property) == ("robot", "cameraX_m")
     assert (fields["object_class"].parameter, fields["object_class"].kind_of) == ("drink", True)
     assert fields["hue_file"].file == SHIPPED / "sites" / "tue_lab" / "HUE.yaml"
+
+
+def test_a_topic(folder: Path) -> None:
+    """Name with a place for the robot's, the age that a message may have, and the one message."""
+    ground_laser_in_topic(folder, max_age_s=0.15)
+    with closing(KnowledgeBase("tue_lab", folder)) as knowledge:
+        snapshot = knowledge.snapshot()
+        laser = snapshot.groundings["Laser"]
+        assert (laser.service, laser.on_robot, laser.is_topic) == ("/{robot}/scan", True, True)
+        assert (laser.max_age_s, laser.timeout_s, laser.request) == (0.15, 1.0, ())
+        (scan,) = laser.reply
+        assert (scan.message_type, scan.parameter) == ("sensor_msgs/LaserScan", "scan")
+        assert [g.process for g in snapshot.groundings.values() if g.is_topic] == ["Laser"]
+        assert must_offer(snapshot.ontology, "amigo_1", laser)
 
 
 def test_every_message_type_is_one_that_we_speak(shipped: KnowledgeBase) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 from pathlib import Path
 
@@ -11,7 +12,8 @@ from executive import Fleet
 from executive.trace import PlanMade
 from grounding.errors import GroundingError
 from tests.contracts.ros_master import RosMaster
-from tests.scenarios.conftest import Edit
+from tests.scenarios.conftest import ROBOTS, Edit
+from tests.scenarios.laser_topic import ground_laser_in_topic
 from tests.scenarios.test_over_rosbridge import LASER, SAME_PLACE_M, both_found, found, served
 
 pytestmark = pytest.mark.ros1
@@ -30,6 +32,20 @@ def test_a_task_is_the_same_over_ros_1(ros_master: RosMaster) -> None:
     for drink, position in there.outputs["position"].items():
         other = remote.outputs["position"][drink].point
         assert math.dist((position.point.x, position.point.y), (other.x, other.y)) < SAME_PLACE_M
+
+
+@pytest.mark.filterwarnings("ignore:unclosed <socket:ResourceWarning")  # rospy leaves sockets to the collector
+def test_scans_are_heard_over_ros_1(ros_master: RosMaster, knowledge: Path) -> None:
+    """The same task with the laser read from a topic, which each robot is asked for once."""
+    ground_laser_in_topic(knowledge, max_age_s=0.5)
+    robots = served("--ros1", ros_master.uri, environment=ros_master.environment)
+    with robots, Fleet.open("tue_lab", connect=ros_master.uri, knowledge=knowledge) as fleet:
+        both_found(fleet)
+        calls = {use.service: use.calls for use in fleet.metrics.uses()}
+    gc.collect()
+    for robot in ROBOTS:
+        assert calls[f"/{robot}/scan"] >= calls[f"/{robot}/base"]
+        assert f"/{robot}/laser" not in calls
 
 
 def test_a_service_that_no_robot_offers_is_told_at_once(ros_master: RosMaster, knowledge: Path, edit: Edit) -> None:

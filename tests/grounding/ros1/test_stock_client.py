@@ -75,8 +75,13 @@ def _run(command: list[str], environment: dict[str, str]) -> str:
 
 
 def test_rospy_drives_the_fleet(stock: dict[str, str]) -> None:
-    """It reads a laser, moves a base, is told why a request is refused, and cannot mistake a type for another."""
+    """It reads a laser, moves a base, is told why a request is refused, and cannot mistake a type for another.
+
+    Lasers and bases are there as topics too.
+    """
     told = json.loads(_run([_PYTHON, str(Path(__file__).with_name("stock_client.py"))], stock))
+    assert told["topic"] == 271
+    assert told["driven"] > 0.0
     assert told["scan"] == ["amigo_1/laser", 271]
     assert told["odometry"] == told["after that"] == "amigo_1/base_link"
     assert "BadRequest: /amigo_1/base" in told["refused"]

@@ -19,8 +19,10 @@ import numpy as np
 import pytest
 
 from executive import Fleet
+from executive.topic_readings import TopicReadings
 from grounding.actions import Goal, GoalResult, GoalStatus
 from grounding.messages import Image, LaserScan, PoseStamped, header, pose_stamped
+from grounding.outcome import Outcome
 from grounding.ros2.client import Ros2Transport
 from grounding.ros2.installed import ros_2_python
 from grounding.rosbridge.client import RosbridgeTransport
@@ -29,6 +31,7 @@ from grounding.rosbridge.types import Types
 from grounding.transport import ServiceCall, ServiceReply
 from kb.clock import WallClock
 from kb.errors import ConcertmasterError
+from kb.groundings import Field, Grounding
 from tests.contracts.ros2_graph import graph, stock_robot
 from tests.contracts.ros_master import until
 
@@ -184,6 +187,39 @@ def test_what_a_sensor_says_is_heard(world: _World) -> None:
     assert (heard[0].header.stamp.sec, heard[0].header.stamp.nanosec) == (1_700_000_000, 250_000_000)
     expected = np.array([1.0, np.inf, np.nan, 0.1], dtype=np.float32)
     assert np.asarray(heard[0].ranges).tobytes() == expected.tobytes()
+
+
+def test_a_reading_is_the_newest_message(world: _World) -> None:
+    """By one subscription, as over every transport."""
+    readings = TopicReadings(world.transport, world.clock)
+    scan = Field(
+        name="scan",
+        message_type="sensor_msgs/LaserScan",
+        parameter="scan",
+        of_property=None,
+        kind_of=False,
+        file=None,
+        optional=False,
+    )
+    grounding = Grounding(
+        name="Laser_topic",
+        process="Laser",
+        service="/{robot}/scan",
+        on_robot=True,
+        timeout_s=WAIT_S,
+        duration_s=0.0,
+        request=(),
+        reply=(scan,),
+        max_age_s=WAIT_S,
+    )
+    outcomes: list[Outcome] = []
+    for number in (1, 2):
+        call = ServiceCall(id=number, service="/stock/scan", fields={}, timeout_s=WAIT_S)
+        readings.read(call, grounding, lambda outcome, fields: outcomes.append(outcome))
+        world.until(lambda number=number: len(outcomes) == number)  # type: ignore[misc]
+    assert all(isinstance(outcome.outputs["scan"], LaserScan) for outcome in outcomes)
+    assert outcomes[1].elapsed_s < 1.0
+    world.transport.unsubscribe("/stock/scan")
 
 
 def test_what_was_said_and_kept_is_heard_by_who_comes_later(world: _World) -> None:

@@ -101,6 +101,8 @@ def fleet_server(policy: Policy | None = None) -> Iterator[tuple[Server, SimFlee
                 told=pose_stamped(*pose, t_s=0.0),
             )
             hub.actions.offer(f"/{robot}/navigate_to_pose", OWN_NAVIGATION_TYPE, navigation.start)
-        offer_topics(hub, clock, STARTS, {name: service.handler for name, service in services.items()}, fleet.odometry)
+        offer_topics(
+            hub.topics, clock, STARTS, {name: service.handler for name, service in services.items()}, fleet.odometry
+        )
         with serve(hub, clock) as server:
             yield server, fleet

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, partial
 
 import cbor2
 import orjson
@@ -231,6 +231,22 @@ def test_who_leads_a_hub_is_told_who_publishes_and_listens(types: Types, clock: 
     hub.topics.offer("/chat", _STRING)
     hub.topics.withdraw("/chat")
     assert "/chat" not in [topic.name for topic in hub.topics.told()]
+
+
+def test_who_speaks_is_told_when_somebody_begins_to_listen(types: Types, clock: SimClock) -> None:
+    """A client, once; or one that was there before the topic was offered."""
+    hub, begun = _hub(types, clock), list[str]()
+    client, other = Client(hub, clock), Client(hub, clock)
+    client.send("subscribe", topic="/early", type=_STRING)
+    for topic in ("/early", "/late"):
+        hub.topics.offer(topic, _STRING, begun=partial(begun.append, topic))
+    assert begun == ["/early"]
+    for _ in range(2):
+        client.send("subscribe", topic="/late", type=_STRING)
+    other.send("subscribe", topic="/late", type=_STRING)
+    assert begun == ["/early", "/late", "/late"]
+    hub.topics.listen("/late", _STRING, lambda message: None)
+    assert begun[3:] == ["/late"]
 
 
 def test_what_is_there_and_out_of_reach_is_told_with_the_reason(types: Types, clock: SimClock) -> None:
