@@ -84,9 +84,9 @@ def choose(
         for way in recoveries.against(failure)
         if asked.tried.get(way.name, 0) < way.attempts and _may_help(way, asked, whole, can_ask=can_ask)
     ]
-    order = _in_order(around.chosen, asked.action)
+    order = _in_order(around.chosen, asked.action, of_robot=recoveries.is_of_robot(failure))
     decision, out = _NOTHING, next(iter(order), 0)
-    foreseen = bool(ways or len(around.chosen) > 1) and session.may_go_on(asked.action)
+    foreseen = bool(ways or len(order) > 1) and session.may_go_on(asked.action)
     if foreseen:
         remaining_s = max(plan.made_at_s + plan.makespan_s - now_s, 0.0)
         copies = _Copies(asked.action, session, snapshot, forecast, now_s)
@@ -135,9 +135,15 @@ def _restartable(asked: ChooseRecovery, processes: Sequence[Action], snapshot: S
     return whole
 
 
-def _in_order(chosen: Sequence[str | int], action: Action) -> list[int]:
-    """Which of the choices around an action, counted from the innermost, is made anew first: that of its robot."""
-    return sorted(range(len(chosen)), key=lambda n: (chosen[n] not in action.robots, n))
+def _in_order(chosen: Sequence[str | int], action: Action, *, of_robot: bool) -> list[int]:
+    """Which of the choices around an action, counted from the innermost, is made anew first: that of its robot.
+
+    Args:
+        of_robot: No other one comes into question, if there is one of a robot.
+    """
+    robots = [n for n, what in enumerate(chosen) if what in action.robots]
+    others = [n for n in range(len(chosen)) if n not in robots]
+    return robots if robots and of_robot else [*robots, *others]
 
 
 def _step_of(action: Action, plan: Plan) -> Action:

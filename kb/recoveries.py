@@ -12,6 +12,8 @@ from kb.vocabulary import Kind, Property
 UNKNOWN_FAILURE = "UnknownFailure"
 """The class of a failure whose code no class claims."""
 
+_NOT_REACHED = "CommunicationFailure"
+
 MOST_ATTEMPTS = 10
 """Of a recovery that has no `maxAttempts`: nothing is tried for ever."""
 
@@ -85,6 +87,10 @@ class Recoveries:
             if found := self._numbered.get((source, str(number))):
                 return found[1]
         return str(number)
+
+    def is_of_robot(self, failure: str) -> bool:
+        """Whether the robot is not reached, so that it makes no difference where it is to go and how."""
+        return _NOT_REACHED in self._ontology.superclasses.get(failure, frozenset({failure}))
 
     def failure_if_late(self, process: str) -> str:
         """The class of failure that it is if a composite process takes too long; empty where the process says none."""

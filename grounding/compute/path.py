@@ -27,6 +27,9 @@ SHY_WITHIN_M = 0.30  # nearer than this to an inflated obstacle a meter costs mo
 LEAVE_WITHIN_M = 0.50  # a robot that stands in the inflation may go this far straight to a free cell
 TIGHTENINGS = 3  # rounds of pulling the path straight; further ones gain less than 1 %
 POINT_EVERY_M = 0.25  # at most, between corners, from which a round of pulling may start
+OCCUPIED_WITHIN_M = 0.25  # what blocks a place so near to the goal stands at it
+APART_M = 0.05
+LOOKS_AT_M = 1.0  # ahead of a location is what a robot has to do with there
 KNOWN_WITHIN_M = 0.10  # a return this near to where the map has an obstacle is that obstacle
 
 Point = tuple[float, float]
@@ -42,6 +45,7 @@ def path(
     laser_x_m: float,
     laser_y_m: float,
     laser_yaw_rad: float,
+    tolerance_m: float | None = None,
     t_s: float,
 ) -> dict[str, Path]:
     """A short path from start to goal that keeps clear of obstacles.
@@ -59,6 +63,8 @@ def path(
         laser_x_m: Mount, base_from_laser.
         laser_y_m: Mount, base_from_laser.
         laser_yaw_rad: Mount, base_from_laser.
+        tolerance_m: If somebody stands at the goal, as the scan shows, the path leads beside it, at most so far from
+            it, and turned to the same point 1 m ahead of it, if there is such a place; None: it leads to the goal.
         t_s: Stamp of the path.
 
     Returns:
@@ -84,7 +90,16 @@ def path(
     if scan is not None:
         returns_m = points_of(scan, x_m=laser_x_m, y_m=laser_y_m, yaw_rad=laser_yaw_rad)
         seen = _seen_blocked(grid, moved(returns_m, start_x_m, start_y_m, start_yaw_rad), radius_m)
-        seen &= ~_disk(grid, (start_x_m, start_y_m), radius_m)  # a robot beside an obstacle may leave
+        start_m, goal_m = (start_x_m, start_y_m), (goal_x_m, goal_y_m)
+        if tolerance_m and (seen & _disk(grid, goal_m, OCCUPIED_WITHIN_M)).any():
+            # Of who stands there the scan shows one side: it is taken to be as large as the robot itself.
+            taken = _disk(grid, goal_m, 2.0 * radius_m + APART_M)
+            if place := _place_beside(static, seen | taken, start_m, goal_m, tolerance_m):
+                ahead_m = goal_x_m + LOOKS_AT_M * math.cos(goal_yaw_rad), goal_y_m + LOOKS_AT_M * math.sin(goal_yaw_rad)
+                goal_x_m, goal_y_m = place
+                goal_yaw_rad = math.atan2(ahead_m[1] - goal_y_m, ahead_m[0] - goal_x_m)
+                seen |= taken
+        seen &= ~_disk(grid, start_m, radius_m)  # a robot beside an obstacle may leave
         if (seen & ~static.blocked).any():
             roads = _build_roads(grid, static.blocked | seen)
             [corners_m] = _corners(roads, (start_x_m, start_y_m), [(goal_x_m, goal_y_m)])
@@ -210,6 +225,25 @@ def _corners(roads: _Roads, start: Point, goals: list[Point]) -> list[NDArray[np
     return paths
 
 
+def _place_beside(static: _Roads, taken: NDArray[np.bool_], start: Point, goal: Point, within_m: float) -> Point | None:
+    """The place nearest to the goal that is not taken and can be reached; None if there is none so near."""
+    grid = static.grid
+    roads = _build_roads(grid, static.blocked | taken)
+    first = _free_cell_near(roads, start)
+    if first is None:
+        return None
+    [cost_to], _ = csgraph.dijkstra(
+        roads.graph, directed=False, indices=[first[0] * grid.columns + first[1]], return_predecessors=True
+    )
+    reached = np.isfinite(cost_to).reshape(grid.rows, grid.columns)
+    rows, columns = np.nonzero(_disk(grid, goal, within_m) & ~roads.blocked & reached)
+    if not rows.size:
+        return None
+    centers_m = grid.centers_m(rows, columns)
+    x_m, y_m = centers_m[np.argmin(np.linalg.norm(centers_m - goal, axis=1))].tolist()
+    return x_m, y_m
+
+
 def _straightened(roads: _Roads, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """The points without those that a straight line of no more cost can leave out."""
     kept = [0]
@@ -250,6 +284,7 @@ def _line_cost(roads: _Roads, from_m: NDArray[np.float64], to_m: NDArray[np.floa
     middles = begin + np.outer((parts[:-1] + parts[1:]) / 2.0, end - begin)
     crossed = lengths > 1e-9
     columns, rows = np.floor(middles[crossed]).astype(np.intp).T
+    rows, columns = np.minimum(rows, grid.rows - 1), np.minimum(columns, grid.columns - 1)  # on the edge of the map
     if roads.blocked[rows, columns].any():
         return math.inf
     return float((roads.cost[rows, columns] * lengths[crossed]).sum() * math.dist(from_m, to_m))

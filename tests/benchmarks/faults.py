@@ -46,6 +46,7 @@ class _Task:
         robots: Those of the site.
         lost_at_s: When robots are lost, by what they do then.
         needs: Who cannot be replaced from when on, in seconds: it has what is to be delivered.
+        last: Services that are called only then.
     """
 
     site: str
@@ -54,6 +55,7 @@ class _Task:
     robots: tuple[str, ...]
     lost_at_s: Mapping[str, float]
     needs: Mapping[str, float] = field(default_factory=dict)
+    last: frozenset[str] = frozenset()
 
 
 FIND = _Task(
@@ -70,6 +72,7 @@ DELIVER = _Task(
     robots=("porter_1", "runner_1"),
     lost_at_s={"on its way": 1.5, "under load": 9.0},
     needs={"runner_1": 3.0},
+    last=frozenset({"/{robot}/unload"}),
 )
 
 
@@ -168,7 +171,8 @@ def _cases(task: _Task) -> Iterator[_Case]:
             for kind, sort in (("fail", "failed_once"), ("hang", "hung_once")):
                 yield replace(case, sort=sort, fault=_fault(name, kind, "calls = [1]"))
             if on_robot:
-                yield replace(case, sort="device_broken", fault=_fault(name, "fail"))
+                remains = robot not in task.needs or service not in task.last
+                yield replace(case, sort="device_broken", fault=_fault(name, "fail"), can_be_done=remains)
             else:
                 fault = _fault(name, "fail", 'code = "ServiceBroken"')
                 yield replace(case, sort="service_gone", fault=fault, can_be_done=False)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,9 +15,11 @@ from executive.trace import ActionFinished, FleetOpened, PlanMade, RecoveryChose
 from kb.files import SHIPPED
 
 
-def run(*, faults: Path | None = None, compute: Path | None = None) -> tuple[TaskResult, list[TraceEvent]]:
+def run(
+    *, faults: Path | None = None, compute: Path | None = None, knowledge: Path | None = None
+) -> tuple[TaskResult, list[TraceEvent]]:
     """Find the drinks of the whole lab with both robots; how it ended, and the trace."""
-    with Fleet.open("tue_lab", faults=faults, compute=compute) as fleet:
+    with Fleet.open("tue_lab", faults=faults, compute=compute, knowledge=knowledge) as fleet:
         return fleet.request("FindEmptyDrink", room="tue_lab").wait(), list(fleet.trace)
 
 
@@ -67,11 +71,28 @@ def test_a_camera_that_fails_again_and_again_is_given_up(tmp_path: Path) -> None
 
 
 @pytest.mark.slow
-def test_a_robot_whose_camera_is_broken_makes_room_for_the_other_one(tmp_path: Path) -> None:
-    """The other one does not get to where it has to look from, as the first one still stands there; it goes aside."""
+def test_the_place_of_a_robot_that_is_lost_there_is_looked_at_from_beside(tmp_path: Path) -> None:
+    """Nobody can move it; the other robot goes as near as it can, and finds the drink all the same."""
+    faults = tmp_path / "lost.toml"
+    faults.write_text('[faults.lost]\nservice = "/pico_1/*"\nkind = "cut"\nfrom_s = 7.7\n')
+    result, trace = run(faults=faults)
+    assert result.status is TaskStatus.COMPLETED, result.reason
+    assert not [e for e in trace if isinstance(e, ActionFinished) and e.robot == "amigo_1" and e.failure]
+    found, before = (one.outputs["position"]["drink_2"].point for one in (result, run()[0]))
+    assert math.dist((found.x, found.y), (before.x, before.y)) < 0.15
+
+
+@pytest.mark.slow
+def test_a_robot_whose_camera_is_broken_makes_room_for_the_other_one(tmp_path: Path, knowledge: Path) -> None:
+    """The other one has to be where the first one still stands, and does not get there; the first one goes aside."""
+    lab = knowledge / "sites" / "tue_lab" / "tue_lab.owl"
+    text = lab.read_text(encoding="utf-8")
+    _, coffee_table = text.split('tue_lab.owl#at_coffee_table">', 1)
+    [tolerance] = re.findall(r"\n.*tolerance_m.*(?=\n)", coffee_table.split("</owl:NamedIndividual>")[0])
+    lab.write_text(text.replace(coffee_table, coffee_table.replace(tolerance, "", 1)), encoding="utf-8")
     faults = tmp_path / "camera.toml"
     faults.write_text('[faults.camera]\nservice = "/amigo_1/kinect"\nkind = "fail"\n')
-    result, trace = run(faults=faults)
+    result, trace = run(faults=faults, knowledge=knowledge)
     assert result.status is TaskStatus.COMPLETED, result.reason
     [chosen] = [e for e in trace if isinstance(e, RecoveryChosen) and e.recovery == "make_room"]
     assert (chosen.robot, chosen.failure) == ("pico_1", "RobotStuck")

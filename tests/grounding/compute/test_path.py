@@ -20,6 +20,8 @@ MAP = grid_message(MAP_GRID, t_s=0.0)
 HALL = grid_message(inflated(grid_with(WALLS), RADIUS_M), t_s=0.0)
 ANYWHERE = st.tuples(st.floats(-0.3, 6.3), st.floats(-0.3, 4.3))
 # A point in a free cell: the cell, and where in it.
+OCCUPIED_GOAL = (4.0, 2.0, 0.5)
+SOMEBODY: Box = (3.75, 1.75, 4.25, 2.25)
 IN_FREE = st.builds(
     lambda cell, dx_m, dy_m: (cell[0] + dx_m, cell[1] + dy_m),
     st.sampled_from(MAP_GRID.centers_m(*np.nonzero(MAP_GRID.cells == FREE)).tolist()),
@@ -31,6 +33,15 @@ IN_FREE = st.builds(
 def found(start: PoseStamped, goal: PoseStamped, *, grid: OccupancyGrid = MAP, scan: LaserScan | None = None) -> Path:
     """The path of a robot of radius 0.35 m."""
     return path(map=grid, start=start, goal=goal, scan=scan, radius_m=RADIUS_M, t_s=3.0, **MOUNT)["path"]
+
+
+def beside(scan: LaserScan, *, tolerance_m: float | None) -> tuple[float, float, float]:
+    """Where the path ends that leads to (4.0, 2.0, 0.5) from (1.0, 2.0), past whom the scan shows there."""
+    start, goal = at(3.0, 2.0, 0.0), at(*OCCUPIED_GOAL)
+    way = path(
+        map=HALL, start=start, goal=goal, scan=scan, radius_m=RADIUS_M, tolerance_m=tolerance_m, t_s=3.0, **MOUNT
+    )["path"]
+    return xyyaw(way.poses[-1].pose)
 
 
 def corners_of(way: Path) -> NDArray[np.float64]:
@@ -210,3 +221,20 @@ def test_bad_requests_are_refused() -> None:
     for goal in (pose_stamped(1.0, 1.0, 0.0, t_s=0.0, frame_id="odom"), at(math.nan, 1.0), at(1.0, math.inf)):
         with pytest.raises(ComputeFailed, match="BadInput"):
             found(at(1.0, 1.0), goal)
+
+
+def test_where_somebody_stands_at_the_goal_the_path_leads_beside_it() -> None:
+    """As near as two robots may be, and turned to what is 1 m ahead of the goal."""
+    scan = scan_from((*WALLS, SOMEBODY), (3.0, 2.0, 0.0))
+    x_m, y_m, yaw_rad = beside(scan, tolerance_m=1.0)
+    goal_x_m, goal_y_m, goal_yaw_rad = OCCUPIED_GOAL
+    assert 2.0 * RADIUS_M <= math.dist((x_m, y_m), (goal_x_m, goal_y_m)) <= 2.0 * RADIUS_M + 0.15
+    ahead_m = goal_x_m + math.cos(goal_yaw_rad), goal_y_m + math.sin(goal_yaw_rad)
+    assert yaw_rad == pytest.approx(math.atan2(ahead_m[1] - y_m, ahead_m[0] - x_m))
+
+
+@pytest.mark.parametrize(("boxes", "tolerance_m"), [(SOMEBODY, None), (SOMEBODY, 0.0), (SOMEBODY, 0.3), (None, 1.0)])
+def test_else_it_leads_to_the_goal(boxes: Box | None, tolerance_m: float | None) -> None:
+    """Nobody stands there, or there is no place so near, or the robot has to be there: what is in the way may move."""
+    scan = scan_from((*WALLS, boxes) if boxes else WALLS, (3.0, 2.0, 0.0))
+    assert beside(scan, tolerance_m=tolerance_m) == pytest.approx(OCCUPIED_GOAL)
