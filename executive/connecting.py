@@ -15,7 +15,7 @@ import numpy as np
 
 from executive.errors import BadRequest
 from executive.live import LiveKnowledge
-from executive.opening import Given, begin, check_groundings, check_kept, prepare, start_of
+from executive.opening import Given, allow_files, begin, check_groundings, check_kept, prepare, start_of
 from executive.pace import REAL
 from executive.wiring import Parts
 from grounding.actions import Carrier, Goal, GoalResult
@@ -265,6 +265,9 @@ class _ConnectedWorld:
     def check(self, snapshot: Snapshot) -> None:
         self._robots.check(snapshot)
         check_groundings(snapshot, self._offers, self._robots.names)
+
+    def open_files(self, snapshot: Snapshot) -> None:
+        allow_files(snapshot, self._placed)
 
     def adapt(self, snapshot: Snapshot) -> None:
         prepare(snapshot, self._placed)

@@ -37,6 +37,9 @@ class World(Protocol):
             ConcertmasterError: It has not: a robot, a service, a field of one.
         """
 
+    def open_files(self, snapshot: Snapshot) -> None:
+        """What is known is planned with, and may never come into force: services may read its files."""
+
     def adapt(self, snapshot: Snapshot) -> None:
         """What is known is in force from now on."""
 
@@ -123,6 +126,7 @@ class LiveKnowledge:
             for name, request in requests.items()
         ]
         shell = self._shell
+        self._world.open_files(proposal.snapshot)
         return effects_on(asked, self._knowledge.snapshot(), proposal, shell.forecast, now_s=shell.clock.now_s)
 
     def accept(self, proposed: KnowledgeProposal) -> None:
@@ -210,6 +214,7 @@ class LiveKnowledge:
             self._knowledge.withdraw(proposal)
             self.reject(str(proposal.revision.folder), str(error))
             raise
+        self._world.open_files(proposal.snapshot)
         shell, tasks = self._shell, self._shell.unfinished_tasks
         now = self._knowledge.snapshot()
         for revision in (proposal.base, proposal.revision):

@@ -111,12 +111,17 @@ _OF_FAULTS = 1
 
 def prepare(snapshot: Snapshot, placed: Placed) -> None:
     """Let compute services read what is beside the files of knowledge, and keep what it says is always the same."""
-    groundings, estimates = snapshot.groundings.values(), snapshot.travel_estimates
-    requests = [*(g.request for g in groundings), *(estimate.request for estimate in estimates)]
+    allow_files(snapshot, placed)
+    groundings = snapshot.groundings.values()
+    cacheable = {g.service for g in groundings if g.cacheable and g.deterministic and not g.on_robot}
+    placed.may_keep(cacheable | {estimate.service for estimate in snapshot.travel_estimates})
+
+
+def allow_files(snapshot: Snapshot, placed: Placed) -> None:
+    """Let compute services read what is beside the files of knowledge, also where it is only planned with."""
+    requests = [g.request for g in snapshot.groundings.values()] + [e.request for e in snapshot.travel_estimates]
     for file in {field.file for request in requests for field in request if field.file is not None}:
         placed.allow(file.parent)
-    cacheable = {g.service for g in groundings if g.cacheable and g.deterministic and not g.on_robot}
-    placed.may_keep(cacheable | {estimate.service for estimate in estimates})
 
 
 def check_kept(snapshot: Snapshot, settings: ComputeSettings, file: Path | None) -> None:

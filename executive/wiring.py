@@ -11,7 +11,7 @@ from pathlib import Path
 
 from executive.errors import BadRequest
 from executive.live import LiveKnowledge
-from executive.opening import Given, Robots, begin, check_groundings, check_kept, prepare, start_of
+from executive.opening import Given, Robots, allow_files, begin, check_groundings, check_kept, prepare, start_of
 from executive.pace import SIMULATED
 from executive.shell import Shell
 from executive.simulated_topics import offer_sensors
@@ -218,6 +218,9 @@ class SimulatedWorld:
                 told += f"opened with: {', '.join(sorted(self._robots))}"
                 raise BadRequest(robot, f"{told}; open a fleet with a scenario that has {robot}, or leave it out")
         check_groundings(snapshot, self._transport.offers, robots)
+
+    def open_files(self, snapshot: Snapshot) -> None:
+        allow_files(snapshot, self._placed)
 
     def adapt(self, snapshot: Snapshot) -> None:
         _offer_compute(self._transport, snapshot, self._clock, self._placed)
