@@ -23,9 +23,21 @@
 %   The processes that Program may come to, in order of name; looking ahead, what a process with a
 %   duration model does is not looked into.
 
-called(P, S, Names) :-
+called(P0, S, Names) :-
+    to_come(P0, P),
     names(P, S, [], Names0),
     sort(Names0, Names).
+
+%   The program without the choices that have been taken, which it keeps as they were.
+to_come(P, P) :- var(P), !.
+to_come([P|Ps], [Q|Qs]) :- !, to_come(P, Q), to_come(Ps, Qs).
+to_come(picked(_, _, P), Q) :- !, to_come(P, Q).
+to_come(scope(Id, Head, P), scope(Id, Head, Q)) :- !, to_come(P, Q).
+to_come(conc(Ps), conc(Qs)) :- !, maplist(to_come, Ps, Qs).
+to_come(pconc(Ps), pconc(Qs)) :- !, maplist(to_come, Ps, Qs).
+to_come(deadline(Ms, P), deadline(Ms, Q)) :- !, to_come(P, Q).
+to_come(search(P), search(Q)) :- !, to_come(P, Q).
+to_come(P, P).
 
 names(P, S, Known, Names) :-
     findall(Name/Arity,
@@ -163,7 +175,8 @@ asks(Part, S, Property, X) :-
 %   Something that is still to be done may depend on this property of this individual: a condition, or a
 %   precondition of a process that has not begun.
 
-to_be_asked(P, S, Property, Subject) :-
+to_be_asked(P0, S, Property, Subject) :-
+    to_come(P0, P),
     findall(Name/Arity,
             ( sub_term(T, P), nonvar(T), T = call(_, _, Head), nonvar(Head), functor(Head, Name, Arity) ),
             Found0),
@@ -199,7 +212,8 @@ moves_others(Names, S) :-
 %   when its turn comes that another branch changes meanwhile, or a step for which no robot is idle before it
 %   begins waits for a resource or a precondition.
 
-waits(P, S) :-
+waits(P0, S) :-
+    to_come(P0, P),
     called(P, S, Names),
     (   waits_unseen(Names, S) -> true ; looks(P, Names, S) ).
 

@@ -100,7 +100,7 @@ def _of_declared(fleet: Fleet, spent_s: Mapping[str, list[float]]) -> dict[str, 
         DECISION: SIMULATED.deciding_s
     }
     figures = {}
-    for name, times_s in spent_s.items():
+    for name, times_s in ((name, times_s) for name, times_s in spent_s.items() if times_s):
         usual_s = sorted(times_s)[int(0.95 * (len(times_s) - 1))]
         figures[f"{name}_p95_wall_ms"] = 1000.0 * usual_s
         figures[f"{name}_of_declared"] = usual_s / declared_s[name]

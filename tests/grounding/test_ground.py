@@ -122,8 +122,14 @@ EXPECTED: dict[str, tuple[str, float, dict[str, object]]] = {
             "goal": pose_stamped(7.5, 1.5, 1.5708, t_s=3.0),
             "scan": MESSAGES["scan"],
             "radius_m": 0.35,
+            "tolerance_m": 1.0,
             **AMIGO_LASER,
         },
+    ),
+    "PoseAnywhere": (
+        "/compute/pose_anywhere",
+        20.0,
+        {"map": MESSAGES["locMap"], "scan": MESSAGES["scan"], **AMIGO_LASER},
     ),
     "Pose": (
         "/compute/pose",
