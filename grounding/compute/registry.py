@@ -2,9 +2,9 @@
 
 A package offers services through the entry point group `concertmaster.compute`; `grasp_pose = "my_lab.grasping:pose"`
 is the service `/compute/grasp_pose`. A service is a function that takes the fields of the request by name, each
-annotated with its type (a class of grounding/messages.py, or str, bool, int, float), and `t_s`, the time of the call;
-it gives the fields of the reply by name, or raises ServiceFailed. It keeps nothing between calls, so that it may run
-in any process.
+annotated with its type (a class of grounding/messages.py, or str, bool, int, float), and `t_s`, the time of the call; a
+field that has a default may be left out. It gives the fields of the reply by name, or raises ServiceFailed. It keeps
+nothing between calls, so that it may run in any process.
 """
 
 from __future__ import annotations
@@ -87,10 +87,12 @@ def wrong_fields(service: str, names: Set[str]) -> str:
         function = function_of(service)
     except ConcertmasterError as error:
         return error.message if isinstance(error, ServiceFailed) else str(error)
-    takes = set(inspect.signature(function).parameters) - {"t_s"}
-    if names == takes:
+    takes = {name: p for name, p in inspect.signature(function).parameters.items() if name != "t_s"}
+    needs = {name for name, parameter in takes.items() if parameter.default is inspect.Parameter.empty}
+    if needs <= names <= set(takes):
         return ""
-    return f"{service} takes the fields {', '.join(sorted(takes))}; given: {', '.join(sorted(names)) or 'none'}"
+    told = ", ".join(name if name in needs else f"{name} (may be left out)" for name in sorted(takes))
+    return f"{service} takes the fields {told}; given: {', '.join(sorted(names)) or 'none'}"
 
 
 def files_read(service: str, file: Path) -> list[Path]:

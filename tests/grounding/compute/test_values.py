@@ -69,3 +69,6 @@ def test_fields_are_known() -> None:
     """A grounding with other fields is found before anything is called."""
     assert wrong_fields("/compute/copy", {"value"}) == ""
     assert "takes the fields value" in wrong_fields("/compute/copy", {"values"})
+    path = {"map", "start", "goal", "scan", "radius_m", "laser_x_m", "laser_y_m", "laser_yaw_rad"}
+    assert wrong_fields("/compute/path", path) == wrong_fields("/compute/path", {*path, "tolerance_m"}) == ""
+    assert "tolerance_m (may be left out)" in wrong_fields("/compute/path", path - {"goal"})
