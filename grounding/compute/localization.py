@@ -20,7 +20,7 @@ from grounding.messages import LaserScan, OccupancyGrid, Odometry, PoseStamped, 
 
 MATCHED_AT_LEAST = 0.30  # share of the returns that must be matched
 RETURNS_AT_LEAST = 10  # fewer do not tell three coordinates from noise
-TRUSTED_FOR_S = 1.0  # a base's watchdog stops it: a velocity says nothing about longer times
+TRUSTED_FOR_S = 0.6  # a base's watchdog stops it: a velocity says nothing about longer times
 POOR_MISFIT = 0.3  # above it other starts are tried,
 SURPRISING = np.array([0.18, 0.18, 0.15])  # and if the match is so far from the prior, m, m, rad
 OFFSETS = np.array(
@@ -48,7 +48,8 @@ def pose(
         map: What the laser sees of the site (`loc_map`).
         scan: The scan to match.
         last_pose: Where the robot was, in the map's frame; within about 0.2 m and 0.15 rad once moved on by odometry.
-        odometry: Its twist moves `last_pose` on to the time of the scan, by 1 s at most; None: the robot stood still.
+        odometry: Its twist moves `last_pose` on to the time of the scan, but not beyond 0.6 s after it was measured;
+            None: the robot stood still.
         laser_x_m: Mount, base_from_laser.
         laser_y_m: Mount, base_from_laser.
         laser_yaw_rad: Mount, base_from_laser.
@@ -67,7 +68,7 @@ def pose(
             "BadInput", f"pose: last_pose is in frame {last_pose.header.frame_id!r}, the map in {frame_id!r}"
         )
     scan_s = stamp_s(scan.header.stamp)
-    prior = _moved_on(last_pose, odometry, scan_s - stamp_s(last_pose.header.stamp))
+    prior = _moved_on(last_pose, odometry, scan_s)
     if not np.isfinite(prior).all():
         raise ComputeFailed("BadInput", f"pose: last_pose moved on by odometry is {prior.tolist()}; it must be finite")
     points_m = points_of(scan, x_m=laser_x_m, y_m=laser_y_m, yaw_rad=laser_yaw_rad)
@@ -98,12 +99,13 @@ def pose(
     return {"pose": pose_stamped(x_m, y_m, wrapped(yaw_rad), t_s=scan_s, frame_id=frame_id)}
 
 
-def _moved_on(last_pose: PoseStamped, odometry: Odometry | None, elapsed_s: float) -> State:
-    """The last pose after `elapsed_s` of the odometry's body velocity, along the chord of the arc."""
+def _moved_on(last_pose: PoseStamped, odometry: Odometry | None, until_s: float) -> State:
+    """The last pose moved on by the odometry's body velocity, as long as it is trusted, along the chord of the arc."""
     x_m, y_m, yaw_rad = xyyaw(last_pose.pose)
     if odometry is None:
         return np.array([x_m, y_m, yaw_rad])
-    elapsed_s = min(max(elapsed_s, 0.0), TRUSTED_FOR_S)
+    trusted_until_s = stamp_s(odometry.header.stamp) + TRUSTED_FOR_S
+    elapsed_s = max(0.0, min(until_s, trusted_until_s) - stamp_s(last_pose.header.stamp))
     twist = odometry.twist.twist
     turn_rad = twist.angular.z * elapsed_s
     forward_m, left_m = twist.linear.x * elapsed_s, twist.linear.y * elapsed_s

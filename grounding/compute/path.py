@@ -226,7 +226,10 @@ def _corners(roads: _Roads, start: Point, goals: list[Point]) -> list[NDArray[np
 
 
 def _place_beside(static: _Roads, taken: NDArray[np.bool_], start: Point, goal: Point, within_m: float) -> Point | None:
-    """The place nearest to the goal that is not taken and can be reached; None if there is none so near."""
+    """The place that is not taken and can be reached soonest, so near to the goal; None if there is none.
+
+    Soonest, not nearest to the goal: as the robot comes closer it stays the same, whatever else the scan shows then.
+    """
     grid = static.grid
     roads = _build_roads(grid, static.blocked | taken)
     first = _free_cell_near(roads, start)
@@ -239,8 +242,8 @@ def _place_beside(static: _Roads, taken: NDArray[np.bool_], start: Point, goal: 
     rows, columns = np.nonzero(_disk(grid, goal, within_m) & ~roads.blocked & reached)
     if not rows.size:
         return None
-    centers_m = grid.centers_m(rows, columns)
-    x_m, y_m = centers_m[np.argmin(np.linalg.norm(centers_m - goal, axis=1))].tolist()
+    soonest = np.argmin(cost_to[rows * grid.columns + columns])
+    [[x_m, y_m]] = grid.centers_m(rows[[soonest]], columns[[soonest]]).tolist()
     return x_m, y_m
 
 

@@ -39,11 +39,11 @@ def localized(
     return pose(map=grid, scan=scan, last_pose=last, odometry=odometry, t_s=9.0, **MOUNT)["pose"]
 
 
-def moving(x_mps: float, y_mps: float, yaw_radps: float) -> Odometry:
-    """Odometry with this velocity."""
+def moving(x_mps: float, y_mps: float, yaw_radps: float, *, t_s: float = 0.0) -> Odometry:
+    """Odometry with this velocity, measured at a time."""
     twist = Twist(linear=Vector3(x=x_mps, y=y_mps, z=0.0), angular=Vector3(x=0.0, y=0.0, z=yaw_radps))
     return Odometry(
-        header=header("robot/odom", 0.0),
+        header=header("robot/odom", t_s),
         child_frame_id="robot/base_link",
         pose=PoseWithCovariance(pose=planar_pose(0.0, 0.0, 0.0), covariance=np.zeros(36)),
         twist=TwistWithCovariance(twist=twist, covariance=np.zeros(36)),
@@ -101,17 +101,24 @@ def test_odometry_moves_the_prior_on() -> None:
         t_s=1.0,
     )
     scan = scan_from(ROOMS, truth, t_s=1.8, noise=np.random.default_rng(2))
-    found = localized(scan, last, odometry=moving(0.7, 0.3, 1.0))
+    found = localized(scan, last, odometry=moving(0.7, 0.3, 1.0, t_s=1.3))
     assert_near(found, truth)
     assert stamp_s(found.header.stamp) == pytest.approx(1.8)
     assert found.header.frame_id == "map"
 
 
 def test_an_old_velocity_is_not_trusted_for_long() -> None:
-    """After minutes without a scan the prior is moved on by a second of the velocity, not by minutes of it."""
+    """After minutes without a scan the prior is moved on by less than a second of the velocity, not by minutes."""
     truth = (1.55, 1.0, 0.0)
     scan = scan_from(ROOMS, truth, t_s=100.0, noise=np.random.default_rng(2))
     assert_near(localized(scan, at(1.5, 1.0, t_s=0.0), odometry=moving(0.05, 0.0, 0.0)), truth)
+
+
+def test_a_velocity_from_before_the_last_pose_says_nothing() -> None:
+    """The robot has stopped since; where it was found then, it still is."""
+    truth = (1.55, 1.0, 0.0)
+    scan = scan_from(ROOMS, truth, t_s=46.6, noise=np.random.default_rng(2))
+    assert_near(localized(scan, at(*truth, t_s=46.0), odometry=moving(0.7, 0.3, 1.2, t_s=40.0)), truth)
 
 
 def test_a_drive_is_tracked_without_odometry() -> None:
