@@ -30,6 +30,7 @@ POINT_EVERY_M = 0.25  # at most, between corners, from which a round of pulling 
 OCCUPIED_WITHIN_M = 0.25  # what blocks a place so near to the goal stands at it
 APART_M = 0.05
 LOOKS_AT_M = 1.0  # ahead of a location is what a robot has to do with there
+NEARER_IS_WORTH = 4.0  # meters of way for each meter nearer to that
 KNOWN_WITHIN_M = 0.10  # a return this near to where the map has an obstacle is that obstacle
 
 Point = tuple[float, float]
@@ -94,8 +95,9 @@ def path(
         if tolerance_m and (seen & _disk(grid, goal_m, OCCUPIED_WITHIN_M)).any():
             # Of who stands there the scan shows one side: it is taken to be as large as the robot itself.
             taken = _disk(grid, goal_m, 2.0 * radius_m + APART_M)
-            if place := _place_beside(static, seen | taken, start_m, goal_m, tolerance_m):
-                ahead_m = goal_x_m + LOOKS_AT_M * math.cos(goal_yaw_rad), goal_y_m + LOOKS_AT_M * math.sin(goal_yaw_rad)
+            ahead_m = goal_x_m + LOOKS_AT_M * math.cos(goal_yaw_rad), goal_y_m + LOOKS_AT_M * math.sin(goal_yaw_rad)
+            beside = _disk(grid, goal_m, tolerance_m) & ~seen & ~taken
+            if place := _place_beside(static, seen | taken, start_m, beside, ahead_m):
                 goal_x_m, goal_y_m = place
                 goal_yaw_rad = math.atan2(ahead_m[1] - goal_y_m, ahead_m[0] - goal_x_m)
                 seen |= taken
@@ -225,10 +227,13 @@ def _corners(roads: _Roads, start: Point, goals: list[Point]) -> list[NDArray[np
     return paths
 
 
-def _place_beside(static: _Roads, taken: NDArray[np.bool_], start: Point, goal: Point, within_m: float) -> Point | None:
-    """The place that is not taken and can be reached soonest, so near to the goal; None if there is none.
+def _place_beside(
+    static: _Roads, taken: NDArray[np.bool_], start: Point, beside: NDArray[np.bool_], ahead: Point
+) -> Point | None:
+    """The best of the places beside a goal that can be reached; None if there is none.
 
-    Soonest, not nearest to the goal: as the robot comes closer it stays the same, whatever else the scan shows then.
+    It is near to what is ahead of the goal, and near to the robot: so it stays the same as the robot comes closer,
+    whatever else the scan shows then, though there may be one as good on the other side.
     """
     grid = static.grid
     roads = _build_roads(grid, static.blocked | taken)
@@ -239,11 +244,12 @@ def _place_beside(static: _Roads, taken: NDArray[np.bool_], start: Point, goal: 
         roads.graph, directed=False, indices=[first[0] * grid.columns + first[1]], return_predecessors=True
     )
     reached = np.isfinite(cost_to).reshape(grid.rows, grid.columns)
-    rows, columns = np.nonzero(_disk(grid, goal, within_m) & ~roads.blocked & reached)
+    rows, columns = np.nonzero(beside & ~roads.blocked & reached)
     if not rows.size:
         return None
-    soonest = np.argmin(cost_to[rows * grid.columns + columns])
-    [[x_m, y_m]] = grid.centers_m(rows[[soonest]], columns[[soonest]]).tolist()
+    centers_m = grid.centers_m(rows, columns)
+    away_m = np.linalg.norm(centers_m - ahead, axis=1)
+    x_m, y_m = centers_m[np.argmin(cost_to[rows * grid.columns + columns] + NEARER_IS_WORTH * away_m)].tolist()
     return x_m, y_m
 
 
