@@ -30,6 +30,7 @@ POINT_EVERY_M = 0.25  # at most, between corners, from which a round of pulling 
 OCCUPIED_WITHIN_M = 0.25  # what blocks a place so near to the goal stands at it
 APART_M = 0.05
 LOOKS_AT_M = 1.0  # ahead of a location is what a robot has to do with there
+ROOMY_COST = 1.5  # of a meter, 0.15 m from an inflated obstacle
 NEARER_IS_WORTH = 4.0  # meters of way for each meter nearer to that
 KNOWN_WITHIN_M = 0.10  # a return this near to where the map has an obstacle is that obstacle
 
@@ -244,7 +245,8 @@ def _place_beside(
         roads.graph, directed=False, indices=[first[0] * grid.columns + first[1]], return_predecessors=True
     )
     reached = np.isfinite(cost_to).reshape(grid.rows, grid.columns)
-    rows, columns = np.nonzero(beside & ~roads.blocked & reached)
+    roomy = roads.cost <= ROOMY_COST  # where something is nearer, a robot hardly dares to move on
+    rows, columns = np.nonzero(beside & ~roads.blocked & reached & roomy)
     if not rows.size:
         return None
     centers_m = grid.centers_m(rows, columns)
