@@ -128,19 +128,16 @@ def take_outcome(state: State, event: OutcomeArrived, now_s: float) -> Step:
         return state, [Record(event=finished), ReportOutcome(task=task.name, action=action, outcome=outcome)]
     task = task.with_trouble(f"{action} {outcome.status}: {outcome.failure}, {outcome.reason}")
     state, number = _leased(with_task(state, task), task, action)  # nobody else takes its robots meanwhile
-    choose = ChooseRecovery(
-        number=number,
-        task=task.name,
-        action=action,
-        outcome=outcome,
-        tried=task.tried_around(action.id),
-        overdue=event.overdue,
-    )
     lost: list[Command] = []
     if outcome.status is OutcomeStatus.LOST and action.robot:
         gone = FactWasTold(prop=Property.IS_REACHABLE, subject=action.robot, value=False, source=SourceKind.CONNECTION)
         lost = told_to_all(state, gone, besides=task.name)  # this one's plan is made without the robot, or waits for it
-    return state, [Record(event=finished), *lost, choose]
+    return state, [Record(event=finished), *lost, _choose(task, number, action, outcome, event.overdue)]
+
+
+def _choose(task: Task, number: int, action: Action, outcome: Outcome, overdue: Action | None) -> ChooseRecovery:
+    tried = task.tried_around(action.id)
+    return ChooseRecovery(number=number, task=task.name, action=action, outcome=outcome, tried=tried, overdue=overdue)
 
 
 def recover(state: State, event: RecoveryWasChosen, now_s: float) -> Step:
@@ -222,15 +219,7 @@ def take_answer(state: State, event: PersonAnswered, now_s: float) -> Step:
     task = task.with_trouble(f"a person was asked: {event.reason}")
     state = with_task(state, task)
     state = replace(state, running={**state.running, event.number: replace(asking, asked=None)})
-    choose = ChooseRecovery(
-        number=event.number,
-        task=task.name,
-        action=asking.action,
-        outcome=asked.outcome,
-        tried=task.tried_around(asking.action.id),
-        overdue=asked.overdue,
-    )
-    return state, [answered, choose]
+    return state, [answered, _choose(task, event.number, asking.action, asked.outcome, asked.overdue)]
 
 
 def begin_again(state: State, event: ProcessWasRedone, now_s: float) -> Step:

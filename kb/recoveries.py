@@ -12,8 +12,6 @@ from kb.vocabulary import Kind, Property
 UNKNOWN_FAILURE = "UnknownFailure"
 """The class of a failure whose code no class claims."""
 
-_NOT_REACHED = "CommunicationFailure"
-
 MOST_ATTEMPTS = 10
 """Of a recovery that has no `maxAttempts`: nothing is tried for ever."""
 
@@ -89,8 +87,9 @@ class Recoveries:
         return str(number)
 
     def is_of_robot(self, failure: str) -> bool:
-        """Whether the robot is not reached, so that it makes no difference where it is to go and how."""
-        return _NOT_REACHED in self._ontology.superclasses.get(failure, frozenset({failure}))
+        """Whether it makes no difference to a class of failure where the robot is to go, and in which way."""
+        above = self._ontology.superclasses.get(failure, frozenset({failure}))
+        return any(self._ontology.value(Property.CONCERNS_ROBOT, kind) is True for kind in above)
 
     def failure_if_late(self, process: str) -> str:
         """The class of failure that it is if a composite process takes too long; empty where the process says none."""

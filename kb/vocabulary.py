@@ -145,6 +145,7 @@ class Property(StrEnum):
     RECOVERED_BY = "recoveredBy"
     USES_PROCESS = "usesProcess"
     FAILURE_IF_LATE = "failureIfLate"
+    CONCERNS_ROBOT = "concernsRobot"
     IS_RESTARTABLE = "isRestartable"
     RECOVERY_TIME_S = "recoveryTime_s"
     RECOVERY_ODDS = "recoveryOdds"

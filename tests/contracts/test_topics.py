@@ -31,14 +31,13 @@ from grounding.rosbridge.types import Types
 from grounding.topics import TopicTransport
 from grounding.transport import ServiceCall
 from kb.clock import Clock, SimClock, WallClock
-from kb.groundings import Field, Grounding
 from tests.contracts.far_end import FarEnd
 from tests.contracts.ros_master import HOST, RosMaster
+from tests.executive.topic_grounding import topic_grounding
 
 WAIT_S = 20.0
 TOPIC = "/r1/pose"
 TYPE = "geometry_msgs/PoseStamped"
-POSE = Field(name="pose", message_type=TYPE, parameter="at", of_property=None, kind_of=False, file=None, optional=False)
 
 
 @dataclass(kw_only=True)
@@ -80,17 +79,7 @@ class Setup:
     def begin(self, max_age_s: float = WAIT_S, timeout_s: float = WAIT_S) -> list[Outcome]:
         """Begin to read; the outcome will be in the list."""
         self.asked += 1
-        grounding = Grounding(
-            name="Where_topic",
-            process="Where",
-            service="/{robot}/pose",
-            on_robot=True,
-            timeout_s=timeout_s,
-            duration_s=0.0,
-            request=(),
-            reply=(POSE,),
-            max_age_s=max_age_s,
-        )
+        grounding = topic_grounding(TYPE, max_age_s=max_age_s, timeout_s=timeout_s)
         outcomes: list[Outcome] = []
         call = ServiceCall(id=self.asked, service=TOPIC, fields={}, timeout_s=timeout_s)
         self.readings.read(call, grounding, lambda outcome, fields: outcomes.append(outcome))

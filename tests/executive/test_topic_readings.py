@@ -18,7 +18,8 @@ from grounding.topics import Heard
 from grounding.transport import ServiceCall
 from kb.clock import Callback, SimClock
 from kb.errors import ConcertmasterError
-from kb.groundings import Field, Grounding
+from kb.groundings import Grounding
+from tests.executive.topic_grounding import topic_grounding
 
 TOPIC = "/r1/pose"
 HOUR_S = 3600.0
@@ -26,20 +27,7 @@ HOUR_S = 3600.0
 
 def grounding(max_age_s: float = 0.15, timeout_s: float = 1.0, of: str = "geometry_msgs/PoseStamped") -> Grounding:
     """Of a process that tells where a robot is."""
-    pose = Field(
-        name="pose", message_type=of, parameter="at", of_property=None, kind_of=False, file=None, optional=False
-    )
-    return Grounding(
-        name="Where_topic",
-        process="Where",
-        service="/{robot}/pose",
-        on_robot=True,
-        timeout_s=timeout_s,
-        duration_s=0.0,
-        request=(),
-        reply=(pose,),
-        max_age_s=max_age_s,
-    )
+    return topic_grounding(of, max_age_s=max_age_s, timeout_s=timeout_s)
 
 
 class Robot(InProcessTransport):
@@ -222,7 +210,7 @@ def test_a_type_that_the_robot_does_not_have_is_refused() -> None:
     trial = Trial()
     outcome = trial.outcome(trial.read(0.5, grounding(of="moon_msgs/Phase")))
     assert (outcome.status, outcome.failure) == (OutcomeStatus.REFUSED, "NotGrounded")
-    assert outcome.reason == "Where, field pose: there is no type moon_msgs/Phase"
+    assert outcome.reason == "Read, field message: there is no type moon_msgs/Phase"
 
 
 EVEN_MS = st.integers(0, 400).map(lambda n: 2 * n)

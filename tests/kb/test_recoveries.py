@@ -57,3 +57,13 @@ def test_a_number_is_known_by_its_action(
     """The same number means other things elsewhere; what Nav2 passes on is known too."""
     assert recoveries.code_name(action_type, number) == name
     assert recoveries.failure_class(name, action_type) == failure
+
+
+@pytest.mark.parametrize(
+    ("failure", "is_of_robot"), [("TimedOut", True), ("RobotLost", True), ("RobotStuck", False), ("NotDetected", False)]
+)
+def test_what_concerns_the_robot_concerns_it_everywhere(
+    failure: str, recoveries: Recoveries, *, is_of_robot: bool
+) -> None:
+    """The ontology says so of classes, for all below them."""
+    assert recoveries.is_of_robot(failure) is is_of_robot

@@ -31,9 +31,9 @@ from grounding.rosbridge.types import Types
 from grounding.transport import ServiceCall, ServiceReply
 from kb.clock import WallClock
 from kb.errors import ConcertmasterError
-from kb.groundings import Field, Grounding
 from tests.contracts.ros2_graph import graph, stock_robot
 from tests.contracts.ros_master import until
+from tests.executive.topic_grounding import topic_grounding
 
 pytestmark = pytest.mark.ros2
 
@@ -192,26 +192,7 @@ def test_what_a_sensor_says_is_heard(world: _World) -> None:
 def test_a_reading_is_the_newest_message(world: _World) -> None:
     """By one subscription, as over every transport."""
     readings = TopicReadings(world.transport, world.clock)
-    scan = Field(
-        name="scan",
-        message_type="sensor_msgs/LaserScan",
-        parameter="scan",
-        of_property=None,
-        kind_of=False,
-        file=None,
-        optional=False,
-    )
-    grounding = Grounding(
-        name="Laser_topic",
-        process="Laser",
-        service="/{robot}/scan",
-        on_robot=True,
-        timeout_s=WAIT_S,
-        duration_s=0.0,
-        request=(),
-        reply=(scan,),
-        max_age_s=WAIT_S,
-    )
+    grounding = topic_grounding("sensor_msgs/LaserScan", output="scan", max_age_s=WAIT_S, timeout_s=WAIT_S)
     outcomes: list[Outcome] = []
     for number in (1, 2):
         call = ServiceCall(id=number, service="/stock/scan", fields={}, timeout_s=WAIT_S)
