@@ -262,8 +262,8 @@ CODES: dict[str, Code] = {
         advice="Give it `inArea`.",
     ),
     "KB141": Code(
-        meaning="A location has no whole pose.",
-        advice="`poseX_m`, `poseY_m` and `poseYaw_rad`, each one xsd:double.",
+        meaning="A location has no whole pose, or a tolerance that is none.",
+        advice="`poseX_m`, `poseY_m` and `poseYaw_rad`, each one xsd:double; a `tolerance_m` is 0 or more.",
     ),
     "KB143": Code(
         meaning="A property that has one value at most has several.",

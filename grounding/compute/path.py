@@ -75,7 +75,8 @@ def path(
 
     Raises:
         ComputeFailed: NoPath, if the goal is occupied, outside the map or out of reach, or the start is not within
-            0.5 m of a free cell; BadInput, if the frames differ or a pose is not finite.
+            0.5 m of a free cell; BadInput, if the frames differ, a pose is not finite or the
+            tolerance is negative.
     """
     frame_id = map.header.frame_id
     for name, pose in (("start", start), ("goal", goal)):
@@ -84,6 +85,8 @@ def path(
                 "BadInput",
                 f"path: {name} is in frame {pose.header.frame_id!r}, the map in {frame_id!r}; they must agree",
             )
+    if tolerance_m is not None and not 0.0 <= tolerance_m < math.inf:
+        raise ComputeFailed("BadInput", f"path: tolerance_m is {tolerance_m}; it must be finite, 0 or more")
     start_x_m, start_y_m, start_yaw_rad = _finite("start", start)
     goal_x_m, goal_y_m, goal_yaw_rad = _finite("goal", goal)
     grid = grid_of(map)

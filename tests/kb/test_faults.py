@@ -329,6 +329,7 @@ QUICK = [
     # Places, values, durations
     fault("KB140", SITE, "at_bar", dropped(SITE, "at_bar", "inArea"), words="inArea"),
     fault("KB141", SITE, "at_bar", dropped(SITE, "at_bar", "poseX_m"), words="poseX_m"),
+    fault("KB141", SITE, "at_bar", renamed(SITE, "at_bar", ">1.0<", ">-1.0<"), words="tolerance_m|0 or more"),
     fault(
         "KB143",
         SITE,

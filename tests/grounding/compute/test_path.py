@@ -233,6 +233,13 @@ def test_where_somebody_stands_at_the_goal_the_path_leads_beside_it() -> None:
     assert yaw_rad == pytest.approx(math.atan2(ahead_m[1] - y_m, ahead_m[0] - x_m))
 
 
+@pytest.mark.parametrize("tolerance_m", [-1.0, math.nan, math.inf])
+def test_a_tolerance_that_is_none_is_refused(tolerance_m: float) -> None:
+    """With what would be right."""
+    with pytest.raises(ComputeFailed, match="it must be finite, 0 or more"):
+        beside(scan_from(WALLS, (3.0, 2.0, 0.0)), tolerance_m=tolerance_m)
+
+
 @pytest.mark.parametrize(("boxes", "tolerance_m"), [(SOMEBODY, None), (SOMEBODY, 0.0), (SOMEBODY, 0.3), (None, 1.0)])
 def test_else_it_leads_to_the_goal(boxes: Box | None, tolerance_m: float | None) -> None:
     """Nobody stands there, or there is no place so near, or the robot has to be there: what is in the way may move."""
